@@ -9,8 +9,8 @@
 
 namespace sim {
 
-// A step in which an event lies is taken again up to there, as often as it takes to meet it, and
-// the rest of it begins anew. Without events: the steps and the bits of the method.
+// A step with an event is repeated up to the event, as often as it takes to locate it, and the rest
+// of the step starts anew. Without events: the steps and the bits of the method.
 class CutSteps final : public Integrator {
  public:
   explicit CutSteps(std::unique_ptr<Integrator> method) : method_(std::move(method)) {}

@@ -32,21 +32,21 @@ struct EmbeddedPlan {
 };
 
 // The stages of one step after the other: k_0 .. k_(S-1) of the method, k_S = f(t + h, x_next), and
-// after it those of dense output. A pair made ready for one system; it owns all their memory.
+// then those of dense output. A pair prepared for one system; it owns all their memory.
 class EmbeddedStepper {
  public:
   virtual ~EmbeddedStepper() = default;
 
-  // k_0 := f(t, x). False where a number of it is not finite.
+  // k_0 := f(t, x). False if a number of it is not finite.
   virtual bool start(double t, const double* x) = 0;
 
-  // k_1 .. k_(S-1) and x_next, from k_0. False when a number of x_next is not finite.
+  // k_1 .. k_(S-1) and x_next, from k_0. False if a number of x_next is not finite.
   virtual bool step(double t, double h, const double* x, double* x_next) = 0;
 
-  // k_S := f(t, x) at the end of the step. False where a number of it is not finite.
+  // k_S := f(t, x) at the end of the step. False if a number of it is not finite.
   virtual bool close(double t, const double* x) = 0;
 
-  // The stages of dense output of the step from x, which is closed.
+  // Computes the stages of dense output of the step from x, which is closed.
   virtual void extend(double t, double h, const double* x) = 0;
 
   // out := base + h sum_i weights_i k_i, of the step of size h from x; of k_0 alone for any h.

@@ -1,5 +1,4 @@
-// Moments at which a motion turns from one course to another, for methods that end their steps
-// there.
+// Events of a motion, such as impacts, for methods that end their steps there.
 #pragma once
 
 namespace sim {
@@ -15,12 +14,13 @@ class Events {
 
   virtual void begin(double t, double h, const double* x) = 0;
 
-  // Where the first event lies, as a share of the step; 1: nowhere before its end.
+  // The first event, as a share of the step; 1: none before its end.
   virtual double first(double t, double h, const double* x, const double* x_next) = 0;
 
   enum class Outcome { kSmooth, kImpact, kNotAllowed };
-  // Lets happen what happens at the end, and puts x_next among the allowed states. `cut`: first()
-  // has been asked until it found no more; else what is met on the way counts as settled there.
+  // Applies the events at the end of the step, and projects x_next onto the allowed states. `cut`:
+  // first() has been asked until it found no more; otherwise earlier events are resolved at the
+  // end.
   virtual Outcome end(double t, double h, const double* x, double* x_next, bool cut) = 0;
 
   // Ends of steps between two states that a method was asked for; more are not worth cutting.

@@ -10,15 +10,14 @@
 namespace sim {
 namespace {
 
-// S^-1 J S with a diagonal S that brings rows and columns to one size. Positions and velocities
-// differ by a factor omega in both directions; unscaled, J is so far from normal that Arnoldi's
-// values mean little.
+// S^-1 J S with a diagonal S that balances rows and columns. Positions and velocities differ by a
+// factor omega in both directions; unscaled, J is so far from normal that Ritz values mean little.
 class Balanced {
  public:
   Balanced(OdeSystem& system, double t, const double* x)
       : jacobian_(system.jacobian()), scale_(system.size()), scaled_(system.size()) {
     jacobian_->at(t, x);
-    // |J r| row by row for a few directions r: the square roots balance it.
+    // J r| row by row for a few random directions r; its square roots balance J.
     constexpr int kProbes = 4;
     Array probe(system.size()), image(system.size());
     for (int i = 0; i < kProbes; ++i) {
@@ -33,7 +32,7 @@ class Balanced {
 
   bool moves() const { return moves_; }
 
-  // Rows that J never changes are left out.
+  // Rows that are zero in J are left out.
   void apply(const double* in, double* out) {
     for (std::size_t k = 0; k < scale_.size(); ++k) scaled_[k] = scale_[k] * in[k];
     jacobian_->apply(scaled_.data(), out);

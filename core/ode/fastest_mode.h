@@ -1,4 +1,4 @@
-// How fast a system can change: the largest eigenvalue of its Jacobian.
+// The largest eigenvalue of the Jacobian of a system, by which its fastest motion is known.
 #pragma once
 
 #include "core/ode/ode_system.h"

@@ -1,4 +1,4 @@
-// One step of a numerical method on X' = f(t, X). Knows no physics.
+// The interface of integrators: steps of a numerical method on X' = f(t, X), without any physics.
 #pragma once
 
 #include <cstdint>
@@ -30,24 +30,24 @@ class Integrator {
   // Takes all memory that advance() will use; called once, before the first restart().
   virtual void prepare(OdeSystem& system) = 0;
 
-  // Steps will be of this size, or pieces of such: after prepare() and where the step of a run is
-  // changed, before the restart() that follows.
+  // Announces the step size, of which a step may be a part: after prepare() and when the step of a
+  // run is changed, before the restart() that follows.
   virtual void set_step_size(double /*h*/) {}
 
-  // Takes steps of size h from the state x at t, at least one and at most `most`, as many as cost
-  // less together: x_next := the state after them, with the bits of that many single steps. x and
-  // x_next are different arrays of system.size() doubles; x keeps its bits, so the last good state
-  // is never lost. Where one of several fails none is taken: ask for one to see it fail.
+  // Takes steps of size h from the state x at t, at least one and at most `most`, as many as are
+  // cheaper together: x_next := the state after them, with the bits of as many single steps. x and
+  // x_next are different arrays of system.size() doubles; x keeps its bits, so that the last good
+  // state is never lost. If one of several steps fails, none is taken: ask for one to see it fail.
   virtual Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                           double* x_next) = 0;
 
-  // A single one.
+  // Takes a single step.
   StepStatus step(OdeSystem& system, double t, double h, const double* x, double* x_next) {
     return advance(system, t, h, 1, x, x_next).status;
   }
 
-  // Steps of size h from the state x at t follow, at the start of a run or after the state or h was
-  // changed: forgets what was kept of the last step. May take memory.
+  // Announces steps of size h from the state x at t, at the start of a run or after the state or h
+  // was changed: discards what was stored of the last step. May take memory.
   virtual void restart(double /*t*/, double /*h*/, const double* /*x*/) {}
 
   // The history of the last steps, which a restart would not reproduce bit for bit; recall()

@@ -1,4 +1,4 @@
-// J = df/dX at one point of state space, known by what it does to a vector.
+// The Jacobian J = df/dX at one point of state space, as a linear operator.
 #pragma once
 
 #include <memory>

@@ -7,7 +7,7 @@
 
 namespace sim {
 
-// Evaluations of f that it took so far; 0 for one that is no difference_jacobian().
+// The evaluations of f that it took so far; 0 for one that is no difference_jacobian().
 std::int64_t evaluations_of(const Jacobian& jacobian);
 
 }  // namespace sim

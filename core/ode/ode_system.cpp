@@ -11,7 +11,7 @@
 namespace sim {
 namespace {
 
-// Stage after stage with eval() and combine().
+// An explicit Runge-Kutta method, stage after stage with eval() and combine().
 class StageByStage final : public Stepper {
  public:
   StageByStage(OdeSystem& system, const ExplicitPlan& plan) : system_(&system), plan_(plan) {
@@ -20,7 +20,7 @@ class StageByStage final : public Stepper {
   }
 
   bool step(double t, double h, int /*count*/, const double* x, double* x_next) override {
-    // k_i = f(t + c_i h, x + h sum_{j<i} a_ij k_j); x_next serves as the place of the stage.
+    // k_i = f(t + c_i h, x + h sum_{j<i} a_ij k_j); x_next holds the state of the stage.
     for (int i = 0; i < plan_.stages; ++i) {
       const auto row = static_cast<std::size_t>(i);
       const Stage stage = form(x, h, &plan_.a[row * k_.size()], i);
@@ -41,7 +41,7 @@ class StageByStage final : public Stepper {
   std::vector<Stage::Term> terms_;
 };
 
-// Likewise the stages of an embedded pair, each as long as X.
+// The stages of an embedded pair, likewise, each as long as X.
 class StagesOfPair final : public EmbeddedStepper {
  public:
   StagesOfPair(OdeSystem& system, const EmbeddedPlan& plan)
@@ -112,7 +112,7 @@ std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan&
 }
 
 std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {
-  // What confines states makes all of J full, and stiff only where they bend: products are few.
+  // Inequalities make J full, but stiff only where they bend, so that few products are needed.
   constexpr std::size_t kMostDense = 600;
   const bool many = size() > kMostDense, asked = options.solver == StageOptions::Solver::kIterative;
   if (has_inequalities() ? !many && !asked : !many || !asked)

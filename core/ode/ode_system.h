@@ -1,4 +1,4 @@
-// X' = f(t, X): all that an integrator ever learns about a scene.
+// The interface of systems X' = f(t, X), through which alone integrators see a scene.
 #pragma once
 
 #include <cstddef>
@@ -58,9 +58,9 @@ class OdeSystem {
   // out := stage; out may be stage.x or one of the k.
   virtual void combine(const Stage& stage, double* out) = 0;
 
-  // Explicit Runge-Kutta methods leave the order of work to the system, which knows what of a stage
-  // must be complete before what of the next. By default stage after stage, each over all of X.
-  // Throws Error{kScene} for a precision that the system has not.
+  // Explicit Runge-Kutta methods leave the order of work to the system, which knows the
+  // dependencies between stages. By default stage after stage, each over all of X. Throws
+  // Error{kScene} for a precision that the system does not have.
   virtual std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan);
 
   // The stages of an embedded pair are left to the system, too.
@@ -82,17 +82,17 @@ class OdeSystem {
   // df/dX; by differences unless the system knows better. The system outlives it.
   virtual std::unique_ptr<Jacobian> jacobian() { return difference_jacobian(*this); }
 
-  // True where some states are not allowed, as a particle within an obstacle. Steppers of the
-  // system then keep to the allowed ones by themselves; what cannot is refused when it is made.
+  // True if some states are not allowed, as a particle within an obstacle. Steppers of the system
+  // then keep to the allowed ones by themselves; others are refused when they are made.
   virtual bool has_inequalities() const noexcept { return false; }
-  // Puts a state that is nearly allowed among those that are, where these are a surface in the
-  // space of states, as of particles on rods: methods without steppers of the system call it at
-  // their ends. False where it cannot.
+  // Projects a state that is nearly allowed onto the allowed ones if these are a manifold in the
+  // space of states, as for particles on rods: methods without steppers of the system call it at
+  // the ends of their steps. False if that fails.
   virtual bool project(double /*t*/, double* /*x*/) { return true; }
-  // Around the stages of a step of size h from x, of methods that leave their equations to a
-  // StageSolver: the stages begin at what begin_step says, and are taken once more where end_step
-  // asks for it, with `again`. The contact forces at the boundary of the allowed states are found
-  // in between.
+  // Frames the stages of a step of size h from x, for methods that leave their equations to a
+  // StageSolver: the stages begin at the result of begin_step, and are repeated, with `again`, if
+  // end_step asks for it. The contact forces at the boundary of the allowed states are found in
+  // between.
   virtual const double* begin_step(double /*t*/, double /*h*/, const double* x, bool /*again*/) {
     return x;
   }
@@ -103,13 +103,13 @@ class OdeSystem {
     return false;
   }                                             // in that step: others before it are no history
   virtual Events* events() { return nullptr; }  // for methods that cut their steps; null: none
-  // Why the last step found no allowed state; empty where it did.
+  // The reason why the last step found no allowed state; empty if it found one.
   virtual std::string refusal() const { return {}; }
 
   // Notes for the user, one sentence each.
   virtual std::vector<std::string> notes() const { return {}; }
 
-  // Asked between the parts of steps that may take long: true ends such a step with kStopped.
+  // Sets a function that is polled within long steps: true ends such a step with kStopped.
   void stop_when(std::function<bool()> stop) { stop_ = std::move(stop); }
   bool stopped() const { return stop_ && stop_(); }
 

@@ -21,8 +21,8 @@ enum class StepEnd {
   kNotAllowed  // no allowed state was found
 };
 
-// The result of several steps: how many were taken, each with the bits of a single one. If the
-// status is not kDone, none was, and the integrator is as it was before.
+// The result of several steps: the number taken, each with the bits of a single one. If the status
+// is not kDone, none was taken, and the integrator is as before.
 struct Advance {
   StepStatus status = StepStatus::kDone;
   int taken = 0;

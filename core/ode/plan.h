@@ -1,5 +1,5 @@
-// Steps as data: what is to be computed, not in which order of memory. An integrator makes a plan,
-// a system makes of it a stepper that knows its own structure.
+// Steps as data: the operations, but not their order in memory. An integrator makes a plan, and a
+// system turns it into a stepper that knows the structure of the system.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// In which numbers a step is computed. States are doubles all the same.
+// The precision in which a step is computed. States are doubles all the same.
 enum class Precision { kDouble, kSingle };
 
 // An explicit Runge-Kutta step:
@@ -30,34 +30,34 @@ struct ExplicitPlan {
 // Both are exact flows, so that damping costs no order: with -gamma v inside an explicit kick every
 // such method would be of first order. t is where the drifts so far have led.
 //
-// A force that depends on v in another way is no exact flow. Such kicks are explicit midpoint steps
-// in v at the same q, half a kick and then the whole one with a(t, q, v) from there, which keeps
-// methods of first and second order what they are; those of higher order refuse such forces.
+// A force that depends on v in another way has no exact flow. Such kicks are explicit midpoint
+// steps in v at the same q, half a kick and then the whole one with a(t, q, v) from there, which
+// preserves methods of first and second order; those of higher order refuse such forces.
 struct SplitPlan {
   std::vector<double> drift, kick;
   Precision precision = Precision::kDouble;
   int order = 0;
 
-  // The last acceleration of a step is the first of the next: no drift lies between.
+  // True if the last acceleration of a step is the first of the next: no drift lies between.
   bool closes() const { return drift.front() == 0 && drift.back() == 0 && kick.size() > 1; }
 };
 
-// A plan made ready for one system; it owns all memory that a step needs.
+// A plan prepared for one system; it owns all memory that a step needs.
 class Stepper {
  public:
   virtual ~Stepper() = default;
 
   // x_next := the state `count` steps of size h from x at t, with the bits of as many single ones;
-  // count <= at_once(). False when a number of x_next is not finite.
+  // count <= at_once(). False if a number of x_next is not finite.
   virtual bool step(double t, double h, int count, const double* x, double* x_next) = 0;
 
-  // So many steps cost less together than one after the other.
+  // The number of steps that are cheaper together than one after the other.
   virtual int at_once() const { return 1; }
   int most_of(std::int64_t wanted) const {
     return static_cast<int>(std::min<std::int64_t>(wanted, at_once()));
   }
 
-  // Forgets what was kept of the last step: the state was changed since.
+  // Discards what was stored of the last step, as the state has changed since.
   virtual void restart() {}
 
   // True if kicks are midpoint steps, see SplitPlan.

@@ -12,7 +12,7 @@
 namespace sim {
 namespace {
 
-// Radii are rounded at about 1e-16.
+// Rounding errors of radii are about 1e-16.
 constexpr double kSurelyAbove = 1e-13, kAbove = 1e-15;
 
 }  // namespace
@@ -24,7 +24,7 @@ OscillatorPair oscillator_eigenvalues(double h_omega, double h_gamma) {
     const std::complex<double> z(-half, std::sqrt(-square));
     return {z, std::conj(z)};
   }
-  // The slow one from the product of both, which loses no digits.
+  // The slow eigenvalue from the product of both, which avoids cancellation.
   const double fast = -half - std::copysign(std::sqrt(square), half);
   return {fast, h_omega * h_omega / fast};
 }
@@ -49,13 +49,13 @@ double amplification(const ExplicitPlan& plan, double h_omega, double h_gamma) {
 }
 
 double amplification(const SplitPlan& plan, double h_omega, double h_gamma, bool midpoint_kicks) {
-  // v := keep v + gain a. By the explicit midpoint rule, with z = gamma k h: keep = 1 - z + z^2/2.
+  // v := keep v + gain a; by the explicit midpoint rule with z = gamma k h: keep = 1 - z + z^2/2.
   const auto flow = [&](double kick) {
     const double z = h_gamma * kick;
     return midpoint_kicks ? Damping{1 - z + 0.5 * z * z, kick * (1 - 0.5 * z)}
                           : damping(h_gamma, kick);
   };
-  // Column by column, what the step makes of (q, h v) = (1, 0) and of (0, 1).
+  // Column by column, the images of (q, h v) = (1, 0) and of (0, 1) under the step.
   std::array<std::array<double, 2>, 2> m{{{1, 0}, {0, 1}}};
   for (auto& [q, p] : m) {
     q += plan.drift[0] * p;
@@ -92,7 +92,7 @@ double stable_step(const Amplification& radius, double omega, double gamma) {
     h *= kRatio;
     if (h * rate > kLast) return std::numeric_limits<double>::infinity();
   }
-  // Where growth only fades into rounding for smaller steps there is no stable one.
+  // If growth only fades into rounding for smaller steps, no step is stable.
   if (h * rate <= kFirst || excess(h / 1.5) > kAbove) return 0;
 
   double stable = h / kRatio;

@@ -1,4 +1,4 @@
-// Linear stability: what one step does to a damped oscillator, and up to which step size it decays.
+// Linear stability: the amplification of a damped oscillator in one step, and the stable step size.
 #pragma once
 
 #include <complex>
@@ -29,8 +29,8 @@ double amplification(const SplitPlan& plan, double h_omega, double h_gamma,
 // An amplification factor, see Integrator::amplification.
 using Amplification = std::function<double(double h_omega, double h_gamma)>;
 
-// The largest h such that every step of at most h has a radius <= 1; 0 when there is none, infinity
-// when there is no bound, not a number when the radius is not known. omega in rad/s, gamma in 1/s.
+// The largest h such that every step of at most h has a radius <= 1; 0 if there is none, infinity
+// if there is no bound, not a number if the radius is not known. omega in rad/s, gamma in 1/s.
 double stable_step(const Amplification& radius, double omega, double gamma);
 double stable_step(const Integrator& integrator, double omega, double gamma);
 

@@ -1,4 +1,4 @@
-// The equation that every stage of an implicit method asks for, and who solves it.
+// The equation of the stages of implicit methods, and the interface of its solvers.
 #pragma once
 
 #include <span>
@@ -23,22 +23,23 @@ struct StageOptions {
   enum class Solver { kAuto, kIterative, kDirect } solver = Solver::kAuto;
   // kLocalGlobal: projective dynamics, `newton_steps` iterations with one constant matrix.
   enum class Method { kNewton, kLocalGlobal } method = Method::kNewton;
-  // The geometric stiffness of compressed springs: exact where that leaves the Hessian positive
+  // The geometric stiffness of compressed springs: exact if that leaves the Hessian positive
   // definite, else reduced; or never.
   enum class Hessian { kExact, kClamped } hessian = Hessian::kExact;
 };
 
-//   Y - tau f(t, Y) = r  for Y
+// Solves
+//   Y - tau f(t, Y) = r  for Y.
 // A system that knows its structure solves it in its own way; all memory is its own.
 class StageSolver {
  public:
   virtual ~StageSolver() = default;
 
   // y: a guess before, the solution after; tau > 0. Arrays of system.size() doubles. kNotConverged
-  // when the residual stays above the tolerance, kNotFinite when a number of y is not finite.
+  // if the residual stays above the tolerance, kNotFinite if a number of y is not finite.
   virtual StepStatus solve(double t, double tau, const double* r, double* y) = 0;
 
-  // These forget, save and restore what is kept of earlier solutions, such as a factorisation: the
+  // Discard, save and restore what is stored of earlier solutions, such as a factorisation: the
   // next solutions have the same bits. They are called by Integrator::restart(), memory() and
   // recall().
   virtual void restart() {}

@@ -8,7 +8,7 @@ namespace sim {
 
 StateShape::StateShape(std::size_t size, std::vector<StatePart> parts)
     : size_(size), parts_(std::move(parts)) {
-  // One range for every component of a part, or one for all where they lie side by side.
+  // Components that are contiguous in X share one range; otherwise each has its own.
   for (const StatePart& part : parts_) {
     if (part.count == 0) continue;
     const std::size_t components = part.components.size();
@@ -20,7 +20,7 @@ StateShape::StateShape(std::size_t size, std::vector<StatePart> parts)
     }
   }
   std::ranges::sort(ranges_, {}, &Range::begin);
-  // They share no number, and all are numbers of X.
+  // Ranges do not overlap, and lie within X.
   SIM_ASSERT(std::ranges::adjacent_find(ranges_, [](const Range& a, const Range& b) {
                return a.end > b.begin;
              }) == ranges_.end());

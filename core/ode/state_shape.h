@@ -1,4 +1,4 @@
-// A state X as a list of named parts: which number of it means what, and which are padding.
+// The layout of a state X as a list of named parts: the meaning of each number, and the padding.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ struct StatePart {
   }
 };
 
-// Where a number of X belongs.
+// The part, item and component that a number of X belongs to.
 struct StateNumber {
   const StatePart* part = nullptr;
   std::size_t item = 0, component = 0;
@@ -47,7 +47,7 @@ class StateShape {
   static StateShape points(std::size_t count);  // x0 y0 z0 x1 ...: "position" of "point"
 
   std::size_t size() const { return size_; }
-  // Views of a shape end with it: none of one that is a result and gone at once.
+  // Views of a shape end with it: a temporary shape has none.
   std::span<const StatePart> parts() const& { return parts_; }
   const StatePart* find(std::string_view name) const&;  // null where there is none
   const StatePart& first() const& { return parts_.front(); }
@@ -57,7 +57,7 @@ class StateShape {
   const StatePart& first() const&& = delete;
   std::span<const Range> ranges() const&& = delete;
 
-  // Calls visit(StateNumber) for all of them until it answers false: item by item, those of parts
+  // Calls visit(StateNumber) for all numbers until it answers false: item by item, those of parts
   // with the same kind of item together; other kinds follow.
   template <class Visit>
   void each(Visit visit) const {

@@ -1,4 +1,4 @@
-// How much of an error or of a change is allowed.
+// The allowed size of an error or of a change.
 #pragma once
 
 #include <string>

@@ -22,8 +22,8 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
   constexpr int kParticlesPerStep = 2048;
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
-  // Such a force costs what it costs in a stage: 2 % of the run, but 200 looks; or up to 25 % where
-  // its work is not known by fewer looks.
+  // Work of forces is sampled at 2 % of the cost of the run but at least 200 times, or at up to 25
+  // % if fewer samples do not determine it.
   constexpr std::int64_t kLooks = 200, kShare = 50, kMostShare = 4;
   const std::int64_t each = std::max(1, system.integrator_info().evaluations);
   least_ = most_ = stride_;
@@ -48,9 +48,9 @@ void EnergyBalance::touched(double energy) {
   since_ = 0;
 }
 
-// A hand, or whoever leads a particle, gives what the forces on the particle take from it: -F.v.
-// Where nothing but its motion changes the energy, E' = -F.v, for gravity and drag act on free
-// particles only. Forces that do work give the hand what they take from it.
+// The user who drags a particle, or a prescribed motion, supplies the power -F.v that forces on the
+// particle take. If nothing but its motion changes the energy, E' = -F.v, for gravity and drag act
+// on free particles only. Forces that do work give back what they take from it.
 double EnergyBalance::hands() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const double t = system_->t();
@@ -118,7 +118,7 @@ double EnergyBalance::power() const {
   return power;
 }
 
-// E' counts it with the other potentials, although it is not what the force comes from.
+// E' counts this with the other potentials, although no force derives from it.
 double EnergyBalance::potential() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const ParticleView p = particles.view(system_->t(), system_->state().data());
@@ -146,8 +146,8 @@ void EnergyBalance::advance(std::int64_t steps) {
   if (least_ < most_) choose_stride();
 }
 
-// The pieces of W may be doubtful by a hundredth of what a verdict tolerates, in the whole run. A
-// piece of a cubic is wrong as the fifth power of its length.
+// The pieces of W may be uncertain by a hundredth of what a verdict tolerates, in the whole run.
+// The error of a cubic piece grows as the fifth power of its length.
 void EnergyBalance::choose_stride() {
   constexpr double kDoubt = 1e-4;  // of the energy in play
   const double allowed =

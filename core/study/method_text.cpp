@@ -19,7 +19,7 @@ bool has_param(const PluginInfo& plugin, const std::string& name) {
                      [&](const Param& param) { return param.name == name; });
 }
 
-// Integrators that have the parameter; those that cannot be opened are passed over.
+// The integrators that have the parameter; those that cannot be opened are skipped.
 std::vector<std::string> names_with(const std::string& param, Registry& registry) {
   std::vector<std::string> names;
   for (const std::string& name : registry.names<Integrator>()) {
@@ -32,7 +32,7 @@ std::vector<std::string> names_with(const std::string& param, Registry& registry
   return names;
 }
 
-// Names have small letters: RK4 is rk4, unless a plugin is called RK4.
+// Names are lower case: RK4 is rk4, unless a plugin is called RK4.
 std::string known_name(std::string name, Registry& registry) {
   if (registry.find(kind_of<Integrator>, name)) return name;
   std::string small = name;

@@ -18,8 +18,8 @@ constexpr std::pair<const char*, Figure> kFigures[] = {{"mean", Figure::kMean},
                                                        {"min", Figure::kLeast},
                                                        {"period", Figure::kPeriod}};
 
-// The polynomial through the four values, or all of fewer, around the interval from i to i + 1, in
-// Newton's form.
+// The interpolating polynomial through the four values, or all if there are fewer, around the
+// interval from i to i + 1, in Newton's form.
 class Piece {
  public:
   Piece(Values t, Values v, std::size_t i) : n_(std::min<std::size_t>(4, t.size())) {
@@ -37,7 +37,7 @@ class Piece {
     for (std::size_t k = n_; k-- > 0;) sum = sum * (x - t_[k]) + c_[k];
     return sum;
   }
-  // Gauss's rule of two points is exact for cubics.
+  // Two-point Gauss quadrature is exact for cubics.
   double integral(double from, double to) const {
     const double mid = (from + to) / 2, half = (to - from) / 2, off = half / std::sqrt(3.0);
     return half * (at(mid - off) + at(mid + off));
@@ -68,7 +68,7 @@ double largest(Values t, Values v) {
   return v[i] - slope * slope / (4 * curve);
 }
 
-// Where it goes through the level between i and i + 1, by halving.
+// The time at which it crosses the level between i and i + 1, by bisection.
 double rise_between(Values t, Values v, std::size_t i, double level) {
   const Piece piece(t, v, i);
   double low = t[i], high = t[i + 1];

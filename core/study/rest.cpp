@@ -9,7 +9,7 @@
 namespace sim::study {
 namespace {
 
-// A part of X: numbers by item and component.
+// Visits the numbers of a part of X by item and component.
 template <class Visit>
 void each_number(const StateShape& shape, const std::string& name, const Visit& visit) {
   for (const StatePart& part : shape.parts())
@@ -41,7 +41,7 @@ void measure_forces(const Simulation& simulation, Rest& rest) {
   }
 }
 
-// The largest distance that a coordinate has gone.
+// The largest displacement of a coordinate.
 double largest_move(const StateShape& shape, const double* x, const double* start) {
   double most = 0;
   const StatePart& positions = shape.first();
@@ -52,7 +52,7 @@ double largest_move(const StateShape& shape, const double* x, const double* star
   return most;
 }
 
-// Says why no rest was found; `refused` steps did not converge at the end of the search.
+// Explains why no rest was found; `refused` steps did not converge at the end of the search.
 void explain(Rest& rest, bool moves_away, int refused, bool idle) {
   rest.remedy = "run the scene with drag until it rests";
   if (moves_away) {
@@ -67,8 +67,8 @@ void explain(Rest& rest, bool moves_away, int refused, bool idle) {
   }
 }
 
-// How much longer the next step may be after one that took so many iterations of Newton's method:
-// few are a sign that forces hardly change in it.
+// The factor by which the next step may grow after one with so many Newton iterations: few show
+// that forces hardly change in it.
 double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iterations <= 8 ? 4 : 2; }
 
 }  // namespace

@@ -26,7 +26,7 @@ inline constexpr int kMostLetters = 6;
 struct Words {
   std::array<double, (2 << kMostLetters) - 1> coef{};
 
-  // Times e^(a X): a word goes on with k letters X with the weight a^k / k!.
+  // Multiplies by e^(a X): a word goes on with k letters X with the weight a^k / k!.
   constexpr Words times_exponential(double a, int letter) const {
     Words result = *this;
     for (int n = 0; n < kMostLetters; ++n)

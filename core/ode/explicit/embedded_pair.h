@@ -1,4 +1,4 @@
-// Embedded Runge-Kutta pairs with dense output as data, and what the compiler checks of them.
+// Embedded Runge-Kutta pairs with dense output as data, with orders checked by the compiler.
 #pragma once
 
 #include <array>

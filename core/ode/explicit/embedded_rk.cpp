@@ -31,7 +31,7 @@ void EmbeddedRungeKutta::prepare(OdeSystem& system) {
 
 Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
                                     const double* x, double* x_next) {
-  // What was recalled has to be of this time.
+  // A recalled step is used only if it contains this time.
   if (phase_ == Phase::kRecalled && !(t_ <= t && t <= t_ + h_ + 0.01 * (h + h_)))
     phase_ = Phase::kFresh;
   if (phase_ == Phase::kFresh && !begin(system, t, x)) {
@@ -62,7 +62,7 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
   return {StepStatus::kDone, 1};
 }
 
-// A step of size 0 that ends in x. False when f(t, x) is not finite.
+// Begins with a step of size 0 that ends in x. False if f(t, x) is not finite.
 bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
   t_ = t;
   h_ = 0;
@@ -75,8 +75,8 @@ bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
   return true;
 }
 
-// Hairer, Norsett & Wanner, Solving ODEs I (1993), section II.4, "starting step size": a step of
-// Euler's method tells how large the second derivative is.
+// The starting step size (Hairer, Norsett & Wanner, Solving ODEs I (1993), section II.4): a step of
+// Euler's method estimates the second derivative.
 double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
   const double* const x = x_.data();
   double* const k = error_.data();
@@ -100,7 +100,7 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
   return std::min(100 * h, wanted);
 }
 
-// The step after the present one, tried until its error is within the tolerance.
+// The step after the present one, retried until its error is within the tolerance.
 StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
   t_ += h_;
   std::swap(x_, x_next_);
@@ -131,9 +131,9 @@ StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
   return StepStatus::kDone;
 }
 
-// The step that stands, taken again up to its first event; so many one after the other are a motion
-// that comes to rest on something, which a whole step settles: one that ends with the state that is
-// asked for, since there is no dense output of what is settled.
+// Repeats the accepted step up to its first event. A long series of events is a motion that comes
+// to rest in contact, which a whole step resolves; that step ends at the requested state, since
+// there is no dense output across resolved contact.
 bool EmbeddedRungeKutta::end_at_event(double until) {
   const bool cut = cuts_ < Events::kMostCuts;
   if (!cut) events_->gave_up();
@@ -151,8 +151,8 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
     try_step();
     if (!estimate_needs_last()) close_step();
   }
-  // The next event may be as near, and must not be lost in a much longer step; but roundings of t
-  // are no step.
+  // The next event may be as near, and a much longer step might miss it; but the step must stay
+  // above the rounding of t.
   const double least = 1e6 * std::numeric_limits<double>::epsilon() * std::fabs(t_);
   if (met)
     controller_.state.h = std::min(controller_.state.h, std::max(Events::kLonger * h_, least));
@@ -160,7 +160,7 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
   return events_->end(t_, h_, x_.data(), x_next_.data(), cut) != Events::Outcome::kNotAllowed;
 }
 
-// x_next and the error of the step, not a number where the step left the finite numbers.
+// Computes x_next and the error of the step, which is nan if x_next is not finite.
 double EmbeddedRungeKutta::try_step() {
   const bool finite = stepper_->step(t_, h_, x_.data(), x_next_.data());
   effort_.evaluations += plan_.stages - 1;
@@ -184,9 +184,9 @@ double EmbeddedRungeKutta::scaled_error() {
   return fine * (fine / std::sqrt(fine * fine + 0.01 * coarse * coarse));
 }
 
-// The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); nan when one is not finite. A mean would
+// The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); nan if one is not finite. A mean would
 // change with the number of particles and with the padding of a state, and let one particle be far
-// off; the largest also does not depend on the order of the sum.
+// off; the largest also does not depend on the order of summation.
 double EmbeddedRungeKutta::scaled_norm(const double* values, const double* x,
                                        const double* y) const {
   constexpr std::size_t kLanes = 8;

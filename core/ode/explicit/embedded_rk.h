@@ -1,4 +1,4 @@
-// All embedded Runge-Kutta pairs with steps of their own size.
+// Embedded Runge-Kutta pairs with adaptive steps.
 #pragma once
 
 #include "core/base/array.h"
@@ -9,15 +9,15 @@
 
 namespace sim {
 
-// |error_i| <= atol + rtol |x_i| for every number of the state, in each step.
+// Error tolerance: |error_i| <= atol + rtol |x_i| for every number of the state, in each step.
 struct Tolerance {
   double atol = 1e-6, rtol = 1e-6;
   double max_step = std::numeric_limits<double>::infinity();  // s
 };
 
-// The steps lie where the error puts them, whatever the interval h at which states are asked for: a
-// state inside a step comes from the dense output. The last step may therefore end beyond the last
-// state. The advancing weights are those of the higher order.
+// The error determines the steps, whatever the interval h at which states are asked for: a state
+// inside a step comes from the dense output. The last step may therefore end beyond the last state.
+// The solution advances with the weights of higher order.
 class EmbeddedRungeKutta final : public Integrator {
  public:
   // `order` of the advancing method, which is also that of the error estimate of one step.
@@ -29,7 +29,7 @@ class EmbeddedRungeKutta final : public Integrator {
                   double* x_next) override;
   void restart(double /*t*/, double /*h*/, const double* /*x*/) override { phase_ = Phase::kFresh; }
 
-  // Where the present step begins and the controller's state; the stages are found again.
+  // The start of the present step and the controller's state; the stages are recomputed.
   std::vector<double> memory() const override;
   void recall(std::span<const double> memory) override;
   Effort effort() const override { return effort_; }

@@ -1,4 +1,4 @@
-// All explicit Runge-Kutta methods: a tableau is all that a method has to give.
+// All explicit Runge-Kutta methods: each is defined by its tableau alone.
 #pragma once
 
 #include "core/ode/explicit/order_conditions.h"

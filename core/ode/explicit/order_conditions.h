@@ -12,7 +12,8 @@ namespace order {
 inline constexpr int kMaxOrder = 8;
 inline constexpr int kMaxTrees = 200;  // rooted trees of 1 .. 8 vertices: 1+1+2+4+9+20+48+115
 
-// To rounding: coefficients have 16 digits, and those of high orders are up to 40 and cancel.
+// Equality to rounding: coefficients have 16 digits, and those of high orders are up to 40 and
+// cancel.
 constexpr bool close(double a, double b) { return a - b < 1e-12 && b - a < 1e-12; }
 
 // x(t + theta h) = x + h sum_i b_i k_i; theta = 1 for the step itself.
@@ -35,7 +36,7 @@ class Conditions {
     powers_.fill(1);
   }
 
-  // Whether the conditions of the next order hold for all weights, those before having held.
+  // True if the conditions of the next order hold for all weights, given those of lower orders.
   constexpr bool next() {
     Tree root{.vertices = ++order_};
     for (double& phi : root.phi) phi = 1;
@@ -85,7 +86,7 @@ class Conditions {
   int count_ = 0, order_ = 0;
 };
 
-// The highest order that all the weights have; 0 when the rows of a do not add up to c.
+// The highest order that all the weights have; 0 if the rows of a do not add up to c.
 template <int S, std::size_t N>
 constexpr int order_of(const Tableau<S>& method, const std::array<Weights<S>, N>& weights) {
   for (int i = 0; i < S; ++i) {

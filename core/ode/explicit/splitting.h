@@ -1,4 +1,4 @@
-// All splitting methods: the lengths of their drifts and kicks are all that a method has to give.
+// All splitting methods: each is defined by the lengths of its drifts and kicks alone.
 #pragma once
 
 #include "core/base/error.h"

@@ -1,4 +1,4 @@
-// The size of adaptive steps from their errors.
+// The step size controller of adaptive methods.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ class StepController {
   };
   State state{};
 
-  // Whether the step just tried stands; then, and otherwise too, state.h is what to try next.
-  // A step to a state that is not finite has the error nan.
+  // True if the step just tried is accepted; in any case state.h is the step to try next. A step to
+  // a state that is not finite has the error nan.
   bool accept(double error) {
     constexpr double kSafety = 0.9, kShrink = 0.2, kGrow = 5;
     if (!(error <= 1)) {
@@ -34,7 +34,7 @@ class StepController {
       state.repeated = true;
       return false;
     }
-    // An error of 0 says no more than that the step may grow.
+    // An error of 0 shows only that the step may grow.
     const double size = std::max(error, kTiny);
     const double factor = kSafety * power(size, -0.7 / k_) * power(state.error_before, 0.4 / k_);
     state.h *= std::clamp(factor, kShrink, state.repeated ? 1.0 : kGrow);

@@ -11,7 +11,7 @@ class DenseSolver final : public StageNewton {
  public:
   static constexpr std::size_t kMostNumbers = 2000;
 
-  // Throws Error{kScene} for a system of more numbers.
+  // Throws Error{kScene} for a system that is too large.
   DenseSolver(OdeSystem& system, const StageOptions& options);
   ~DenseSolver() override;
 

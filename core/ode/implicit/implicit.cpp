@@ -9,15 +9,14 @@
 namespace sim {
 namespace {
 
-// Whether every number of a state is finite says the state, not the solver: its residual may
-// overflow before that.
+// Finiteness is judged by the state rather than by the solver, whose residual may overflow earlier.
 StepStatus judged(StepStatus status, std::span<const double> x_next) {
   if (status == StepStatus::kNotConverged || status == StepStatus::kStopped) return status;
   if (!all_finite(x_next)) return StepStatus::kNotFinite;
   return status == StepStatus::kNotFinite ? StepStatus::kNotConverged : status;
 }
 
-// A step whose stages are taken until the system lets their end stand.
+// Takes a step, and repeats its stages until the system accepts its end.
 template <class TakeStages>
 StepStatus take_step(OdeSystem& system, double t, double h, const double* x, double* x_next,
                      const TakeStages& take_stages) {
@@ -45,7 +44,7 @@ void DiagonallyImplicit::prepare(OdeSystem& system) {
 
 StepStatus DiagonallyImplicit::take_stages(OdeSystem& system, double t, double h, const double* x,
                                            double* x_next) {
-  // x + sum over the stages before `count` of weights_j h k_j, from what each has kept.
+  // x + sum over the stages before `count` of weights_j h k_j, from their stored values.
   const auto form = [&](const double* weights, int count) {
     std::size_t used = 0;
     for (int j = 0; j < count; ++j) {
@@ -67,7 +66,7 @@ StepStatus DiagonallyImplicit::take_stages(OdeSystem& system, double t, double h
       ++evaluations_;
       continue;
     }
-    // The last stage solved is the guess for the next.
+    // The last solved stage is the guess for the next.
     system.combine(form(row, i), r_.data());
     const StepStatus status = solver_->solve(at, row[i] * h, r_.data(), x_next);
     if (status != StepStatus::kDone) return status;
@@ -121,7 +120,7 @@ void Bdf2::prepare(OdeSystem& system) {
 
 Advance Bdf2::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/, const double* x,
                       double* x_next) {
-  // A step that jumps is one of the starter, and so is the one after it.
+  // A step of another size is made by the starter, and so is the one after it.
   bool starts = last_h_ != h;
   StepStatus status = StepStatus::kDone;
   if (!starts) {

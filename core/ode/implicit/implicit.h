@@ -50,7 +50,7 @@ class DiagonallyImplicit final : public Integrator {
   std::int64_t steps_ = 0, evaluations_ = 0;  // the latter of explicit stages
 };
 
-// BDF2:  x_next - 2/3 h f(t + h, x_next) = x + 1/3 (x - x_last).  The first step is one of
+// BDF2:  x_next - 2/3 h f(t + h, x_next) = x + 1/3 (x - x_last).  The first step is made by
 // `starter`.
 class Bdf2 final : public Integrator {
  public:

@@ -22,7 +22,7 @@ struct ImplicitExplicitPlan {
 
 // f = f_soft + f_stiff of q' = v, v' = a(t, q) - gamma v, and a step of both parts:
 //   kick by a_soft, h/2;  implicit midpoint on q' = v, v' = a_stiff(q);  kick by a_soft, h/2
-// Order 2, symplectic, and stable for any stiffness of the stiff part where verlet is stable on the
+// Order 2, symplectic, and stable for any stiffness of the stiff part if verlet is stable on the
 // soft part: on linear springs it is verlet with the mass matrix M + h^2/4 K_stiff. Drag is in the
 // kicks, as an exact flow. Zhang & Skeel (1997), Stern & Grinspun (2009), Multiscale Model. Simul.
 // 7(4), 1779-1794. A system that knows its parts makes it; all memory is its own.
@@ -32,19 +32,19 @@ class ImplicitExplicitStepper {
 
   // Partitions f for steps of at most h from the state x at t. May take memory.
   virtual void choose_partition(double t, double h, const double* x) = 0;
-  // The partition as numbers, from which recall() makes the same one again; false, and nothing is
-  // done, where they are of another system.
+  // The partition as numbers, from which recall() restores it; false, without effect, if they
+  // belong to another system.
   virtual std::vector<double> memory() const = 0;
   virtual bool recall(std::span<const double> memory) = 0;
 
-  // After choose_partition(); as Integrator::advance(). Where nothing is stiff: the bits of verlet.
+  // Like Integrator::advance(), after choose_partition(). If nothing is stiff: the bits of verlet.
   virtual Advance advance(double t, double h, std::int64_t most, const double* x,
                           double* x_next) = 0;
   virtual void restart() = 0;  // as Stepper::restart()
 
   virtual OdeSystem* soft_part() = 0;  // its fastest mode limits the step; null: none is stiff
-  // The soft part is a constant acceleration without drag: implicit midpoint on all of f is the
-  // same method.
+  // True if the soft part is a constant acceleration without drag: then implicit midpoint on all of
+  // f is the same method.
   virtual bool is_all_stiff() const = 0;
   virtual Effort effort() const = 0;
   virtual std::vector<std::string> notes() const = 0;

@@ -59,7 +59,7 @@ class Differences final : public JacobianEntries {
   }
 
  private:
-  // Columns begin <= j < end, which no other rows depend on than these.
+  // Columns begin <= j < end, and all rows that depend on them.
   struct Group {
     int begin, end;
     std::vector<int> rows;
@@ -82,7 +82,7 @@ class Differences final : public JacobianEntries {
     count_ = color_columns(sparsity_, colors_);
   }
 
-  // {column, row} of all entries seen from a point a little off x, where no product is 0 by chance.
+  // {column, row} of all entries, found near x but not at it, so that no product is 0 by chance.
   std::vector<std::pair<int, int>> find(double t, const double* x) {
     constexpr double kNear = 1e-3, kSmall = 1e-2, kLeast = 1e-6;
     const int size = static_cast<int>(steps_.size());
@@ -98,7 +98,7 @@ class Differences final : public JacobianEntries {
       center.assign(x, x + size);
       evaluate(t, center.data(), f_);
     }
-    // Columns change by amounts that have nothing to do with each other.
+    // The columns change by unrelated amounts.
     std::vector<double> change(slot(size));
     for (std::size_t i = 0; i < change.size(); ++i) {
       const double scale = std::max({std::fabs(center[i]), kSmall * most, kLeast});
@@ -113,7 +113,7 @@ class Differences final : public JacobianEntries {
     return entries;
   }
 
-  // The halves of all groups that some row depends on; those of one column are entries.
+  // Halves all groups that some row depends on; groups of one column are entries.
   std::vector<Group> halved(double t, const std::vector<double>& center,
                             const std::vector<double>& change, const std::vector<Group>& groups,
                             std::vector<std::pair<int, int>>& entries) {
@@ -121,7 +121,7 @@ class Differences final : public JacobianEntries {
     std::vector<bool> done(groups.size(), false), taken(center.size(), false);
     for (std::size_t first = 0; first < groups.size(); ++first) {
       if (done[first]) continue;
-      // Groups that share no row with those before them.
+      // Groups that share no row are changed together.
       taken.assign(taken.size(), false);
       std::vector<std::size_t> together;
       for (std::size_t g = first; g < groups.size(); ++g) {

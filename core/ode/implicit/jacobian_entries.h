@@ -17,23 +17,23 @@ class JacobianEntries {
 
   virtual const Sparsity& sparsity() const = 0;
 
-  // At a point, in the order of the sparsity.
+  // Evaluates the entries at a point, in the order of the sparsity.
   virtual void at(double t, const double* x, std::span<double> values) = 0;
 
-  // Asks there whether there are more entries than were known; true where there are.
+  // Searches there for entries that were not known; true if there are any.
   virtual bool look_again(double /*t*/, const double* /*x*/) { return false; }
 
   virtual std::int64_t evaluations() const { return 0; }  // of f so far
 };
 
-// The sparsity pattern of a Jacobian that the system does not know: the outputs that change are
-// found by perturbing inputs near the point x. The groups of columns that certainly share no row
-// are changed at once and halved, so that n numbers with a few neighbours each take some multiple
-// of log n evaluations, not n. Values are forward differences, all columns that share no row at
-// once (Curtis, Powell & Reid (1974), J. Inst. Maths Applics 13, 117-119).
+// The Jacobian of a system that does not know its sparsity pattern: perturbed inputs near the point
+// x show the outputs that change. The groups of columns that certainly share no row are changed at
+// once and halved, so that n numbers with a few neighbours each take some multiple of log n
+// evaluations, not n. Values are forward differences, all columns that share no row at once
+// (Curtis, Powell & Reid (1974), J. Inst. Maths Applics 13, 117-119).
 std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x);
 
-// Numbers for columns so that two of one number share no row; how many numbers there are.
+// Colours the columns so that two of one colour share no row; returns the number of colours.
 int color_columns(const Sparsity& sparsity, std::span<int> colors);
 
 }  // namespace sim

@@ -14,7 +14,7 @@ constexpr double kSolved = 1e-10;     // of the right side
 constexpr double kEnough = 1e-3;      // with which Newton's method still ends
 constexpr double kInvariant = 1e-14;  // of a product: the basis has all of it
 
-// In their order: the same bits on every machine.
+// Summed in order: the same bits on every machine.
 double product(const Array& a, const Array& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
@@ -43,7 +43,7 @@ void KrylovSolver::linearise(double t, double tau, const double* y) {
   tau_ = tau;
 }
 
-// By modified Gram-Schmidt and Givens rotations.
+// Arnoldi step by modified Gram-Schmidt, with Givens rotations.
 double KrylovSolver::extend(int k) {
   Array &from = basis_[slot(k)], &next = basis_[slot(k + 1)];
   jacobian().apply(from.data(), next.data());

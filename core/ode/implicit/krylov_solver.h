@@ -8,9 +8,9 @@
 
 namespace sim {
 
-// GMRES (Saad & Schultz (1986), SIAM J. Sci. Stat. Comput. 7, 856-869) on I - tau J, begun anew
-// after a number of products. A product is two evaluations of f, whatever the size; how many there
-// are grows with tau times the fastest frequency. No matrix is stored.
+// GMRES (Saad & Schultz (1986), SIAM J. Sci. Stat. Comput. 7, 856-869) on I - tau J, restarted
+// after a number of products. A product is two evaluations of f, whatever the size; the number of
+// products grows with tau times the fastest frequency. No matrix is stored.
 class KrylovSolver final : public StageNewton {
  public:
   KrylovSolver(OdeSystem& system, const StageOptions& options);

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::SparseMatrix;
 
-// The unknowns that each one is joined to, in both directions, itself left out.
+// The neighbours of each unknown in the symmetric graph, itself left out.
 std::vector<std::vector<int>> neighbours_of(const Sparsity& sparsity) {
   std::vector<std::vector<int>> joined(slot(sparsity.size()));
   for (int column = 0; column < sparsity.size(); ++column)
@@ -32,7 +32,7 @@ std::vector<std::vector<int>> neighbours_of(const Sparsity& sparsity) {
   return joined;
 }
 
-// Groups of unknowns that no entry joins; each ascending.
+// The connected components of the graph; each ascending.
 std::vector<std::vector<int>> groups_of(const std::vector<std::vector<int>>& joined) {
   std::vector<std::vector<int>> groups;
   std::vector<bool> seen(joined.size(), false);
@@ -52,7 +52,7 @@ std::vector<std::vector<int>> groups_of(const std::vector<std::vector<int>>& joi
   return groups;
 }
 
-// Cuthill & McKee (1969): by distance from an unknown at the rim, those of few neighbours first.
+// Cuthill & McKee (1969): by distance from a peripheral unknown, those of few neighbours first.
 std::vector<int> narrow_order(const std::vector<std::vector<int>>& joined) {
   const auto degree = [&](int i) { return joined[slot(i)].size(); };
   std::vector<int> order;
@@ -178,7 +178,7 @@ class DenseBlocks final : public MatrixSolver {
   std::vector<std::size_t> pivots_;  // in each block
 };
 
-// The rows of a column below and above its diagonal, where the unknowns stand at these places.
+// The half bandwidths below and above the diagonal in this order of the unknowns.
 struct Width {
   int below = 0, above = 0;
   double operations(int size) const { return 2.0 * size * (below + 1) * (below + above + 1); }
@@ -207,7 +207,7 @@ Width width_of(const Sparsity& sparsity, const std::vector<int>& order) {
 // to j + below_, since exchanged rows reach further to the right.
 class Band final : public MatrixSolver {
  public:
-  // `order`: which unknown is number i of the matrix; none: as they are.
+  // `order`: the unknown of each row of the matrix; empty: as they are.
   Band(const Sparsity& sparsity, std::vector<int> order)
       : size_(sparsity.size()), order_(std::move(order)) {
     const Width width = width_of(sparsity, order_);
@@ -285,7 +285,7 @@ class Band final : public MatrixSolver {
   std::vector<std::size_t> targets_;
 };
 
-// The pattern with its diagonal, as Eigen has it.
+// The pattern with its diagonal, in Eigen's format.
 SparseMatrix<double> pattern_of(const Sparsity& sparsity) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int column = 0; column < sparsity.size(); ++column) {
@@ -345,8 +345,8 @@ class SparseFactors final : public MatrixSolver {
   Eigen::VectorXd right_, solution_;
 };
 
-// The operations of a sparse factorisation, from the fill-in of the symmetric one with these
-// entries.
+// The operations of a sparse factorisation, estimated from the fill-in of the symmetric one with
+// these entries.
 double sparse_operations(const Sparsity& sparsity) {
   const SparseMatrix<double> one = pattern_of(sparsity);
   SparseMatrix<double> both = SparseMatrix<double>(one.transpose()) + one;
@@ -373,8 +373,8 @@ double dense_operations(const std::vector<std::vector<int>>& groups) {
 }  // namespace
 
 std::unique_ptr<MatrixSolver> make_matrix_solver(const Sparsity& sparsity) {
-  // A dense row is worked on by vectors; a sparse column is looked for, and costs as much as these
-  // operations before anything is done.
+  // A dense row is processed in vectors; a sparse column has to be found, which costs as much as
+  // kColumn operations.
   constexpr double kDense = 0.4, kSparse = 3, kColumn = 200, kMostDense = 4e9;
   const auto joined = neighbours_of(sparsity);
   auto groups = groups_of(joined);

@@ -41,7 +41,7 @@ bool SparseNewton::divide(Array& x) {
   return true;
 }
 
-// The largest |value_i| / (atol + rtol |y_i|); not a number when one is not finite.
+// The largest |value_i| / (atol + rtol |y_i|); not a number if one is not finite.
 double SparseNewton::weighted(const Array& values, const double* y) const {
   double most = 0, poison = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -70,7 +70,7 @@ StepStatus SparseNewton::solve(double t, double tau, const double* r, double* y)
   return status;
 }
 
-// With the factors at hand, to a small part of the residual at the guess.
+// Iterates with the current factors until the residual is a small part of that at the guess.
 StepStatus SparseNewton::solve_to_residual(double t, double tau, const double* r, double* y) {
   constexpr int kMost = 20;
   constexpr double kSlow = 0.3, kTolerance = 1e-10;
@@ -93,7 +93,7 @@ StepStatus SparseNewton::solve_to_residual(double t, double tau, const double* r
     const bool done = norm <= std::max(tolerance * first, rounding);
     if (!done && n > 0 && norm > kSlow * before) return StepStatus::kNotConverged;
     before = norm;
-    // One more step costs little and takes the error of J out of y.
+    // One more step is cheap and removes the error of J from y.
     if (!done || n > 0) {
       divide(rest_);
       for (std::size_t i = 0; i < size(); ++i) y[i] += rest_[i];
@@ -107,8 +107,8 @@ StepStatus SparseNewton::solve_to_residual(double t, double tau, const double* r
   return StepStatus::kNotConverged;
 }
 
-// To corrections that change no number by more than a part of its tolerance. Where the method
-// shortens a step that is not solved, a Jacobian from the guess is all that is tried.
+// Iterates until corrections change no number by more than a part of its tolerance. If the method
+// shortens a step that is not solved, only one new Jacobian, at the guess, is tried.
 StepStatus SparseNewton::solve_to_weights(double t, double tau, const double* r, double* y) {
   constexpr double kPart = 0.05;     // of the tolerance
   constexpr double kOtherTau = 0.3;  // relative: other factors are made
@@ -124,8 +124,8 @@ StepStatus SparseNewton::solve_to_weights(double t, double tau, const double* r,
   }
   StepStatus status = StepStatus::kNotConverged;
   for (;;) {
-    // Stiff components are tau / tau_ off with factors of another tau, slow ones not at all:
-    // between them lies this factor (Hindmarsh et al. (2005), ACM TOMS 31, 363-396).
+    // With factors of another tau the error is tau / tau_ in stiff components and none in slow
+    // ones: between them lies this factor (Hindmarsh et al. (2005), ACM TOMS 31, 363-396).
     const double relax = 2 / (1 + tau / tau_), other_tau = std::fabs(relax - 1);
     double before = 0;
     status = StepStatus::kNotConverged;
@@ -146,8 +146,8 @@ StepStatus SparseNewton::solve_to_weights(double t, double tau, const double* r,
         if (rate > kSlow && change > kPart) break;
         rate_ = std::max(0.3 * rate_, rate);
       }
-      // The error that is left is about rate / (1 - rate) times the last correction; before there
-      // is a rate of this equation it is no less than what another tau and an older J leave.
+      // The remaining error is about rate / (1 - rate) times the last correction; before a rate is
+      // known for this equation, it is at least the error from another tau and an older J.
       const double rate = n > 0 ? rate_ : std::max({rate_, other_tau, kOldJacobian});
       if (change * std::min(1.0, rate / std::max(1 - rate, 0.1)) <= kPart) return StepStatus::kDone;
       before = change;

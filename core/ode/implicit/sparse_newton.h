@@ -10,10 +10,10 @@
 
 namespace sim {
 
-// Newton's method with a Jacobian and a factorisation that are kept from one equation to the next
-// for as long as it converges (Hairer & Wanner, Solving ODEs II (1996), section IV.8). Where it
-// does not, the Jacobian is taken anew at the guess; then, for methods with steps of one size,
-// steps of StageNewton, each with a Jacobian of its own.
+// Newton's method with a Jacobian and a factorisation that are reused from one equation to the next
+// for as long as it converges (Hairer & Wanner, Solving ODEs II (1996), section IV.8). If it does
+// not, the Jacobian is evaluated anew at the guess; then, for methods with fixed steps, steps of
+// StageNewton follow, each with a Jacobian of its own.
 class SparseNewton final : public StageNewton {
  public:
   SparseNewton(OdeSystem& system, const StageOptions& options,
@@ -21,7 +21,7 @@ class SparseNewton final : public StageNewton {
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;
   void restart() override { known_ = false; }
-  // Where the Jacobian was taken; it and its factors are found again.
+  // The point at which the Jacobian was evaluated; it and its factors are recomputed.
   std::vector<double> memory() const override;
   void recall(std::span<const double> memory) override;
   Effort effort() const override;

@@ -63,7 +63,7 @@ StepStatus StageNewton::solve(double t, double tau, const double* r, double* y) 
   for (; !stalled; ++step) {
     if (!std::isfinite(norm)) return StepStatus::kNotFinite;
     if (system_->stopped()) return StepStatus::kStopped;
-    // Roundings of the three terms of the residual.
+    // The rounding error of the three terms of the residual.
     double size = 0;
     for (std::size_t i = 0; i < size_; ++i)
       size += std::fabs(y[i]) + std::fabs(r[i]) + std::fabs(tau * f_[i]);
@@ -78,7 +78,8 @@ StepStatus StageNewton::solve(double t, double tau, const double* r, double* y) 
     norm = move(t, tau, r, y, s);
     for (int halving = 0; !single && !(norm <= (1 - kLeastFall * s) * before); ++halving) {
       if (halving == kHalvings) {
-        // Roundings of f itself, as of stiff constraints, end it where little is left.
+        // Rounding errors of f itself, as of stiff constraints, end the iteration if the residual
+        // is small.
         if (!(before <= kLittle * first)) return StepStatus::kNotConverged;
         norm = move(t, tau, r, y, 0);
         stalled = true;
@@ -88,7 +89,7 @@ StepStatus StageNewton::solve(double t, double tau, const double* r, double* y) 
       norm = move(t, tau, r, y, s);
     }
   }
-  // One more step costs little and takes the error of J out of y.
+  // One more step is cheap and removes the error of J from y.
   if (step > 0 && !stalled && find_step(y)) {
     const double last = move(t, tau, r, y, 1);
     norm = last <= norm ? last : move(t, tau, r, y, 0);

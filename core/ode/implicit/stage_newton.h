@@ -9,10 +9,10 @@
 namespace sim {
 
 // (I - tau J) d = -(Y - tau f(t, Y) - r),  Y := Y + s d,  s = 1, 1/2, 1/4 ... until the residual
-// falls.
+// decreases.
 class StageNewton : public StageSolver {
  public:
-  // Throws Error{kScene} for methods that are for particles alone.
+  // Throws Error{kScene} for options that only systems of particles have.
   StageNewton(OdeSystem& system, const StageOptions& options);
 
   StepStatus solve(double t, double tau, const double* r, double* y) override;

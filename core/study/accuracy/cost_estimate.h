@@ -1,4 +1,4 @@
-// How long a study will take: from a few runs of its scene, before it begins.
+// Estimates of the duration of a study, from a few runs of its scene before it begins.
 #pragma once
 
 #include <map>
@@ -34,7 +34,7 @@ struct CostEstimate {
   double steps_to(const Candidate& method, double error) const;
 };
 
-// One of some steps from the start; nothing where the first fails.
+// The time of a step, s, from a few steps at the start; empty if the first fails.
 std::optional<double> seconds_a_step(const Problem& problem, const Candidate& method);
 
 // Two runs of a method of fixed steps with the scene's own one and half of that, or as long as can

@@ -75,11 +75,11 @@ void ErrorEstimator::follow(const Simulation& run) {
   auto settings = std::make_shared<Settings>(run.settings());
   settings->method = now.settings->method;
   settings->h = now.settings->h;
-  // Springs that the refined run broke stay broken, and so do those that a hand cut.
+  // Springs that broke in the refined run stay broken, and so do those that the user cut.
   std::vector<int> broken;
   std::ranges::set_union(settings->broken, now.settings->broken, std::back_inserter(broken));
   settings->broken = std::move(broken);
-  // What is held or pinned stands and moves as the hand says, not as forces do.
+  // Particles that are pinned or dragged stay or move as the user says, not as forces do.
   for (const StatePart& part : run.shape().parts())
     for (const int i : part.item == "particle" ? settings->fixed() : std::vector<int>())
       for (std::size_t c = 0; c < part.components.size(); ++c) {

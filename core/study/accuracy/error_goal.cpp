@@ -13,8 +13,8 @@
 namespace sim::study {
 namespace {
 
-// One of each kind and order that work-precision studies show at the front: others are as good as
-// one of these at best.
+// One method of each kind and order on the front of work-precision studies: others are at best as
+// good as one of these.
 constexpr const char* kWorthTrying[] = {
     "verlet", "pefrl",  "rk4",      "tsit5", "dop853", "implicit_midpoint",
     "imex",   "trbdf2", "esdirk43", "bdf"};
@@ -92,7 +92,7 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
   result_.window = window_of(system);
 }
 
-// All of a run that costs little, or a part that does.
+// The whole run if it is cheap, or a part that is.
 double Chooser::window_of(Simulation& system) const {
   const double steps = result_.time / system.h();
   const double cost = weight_ * steps * std::max(1, system.integrator_info().evaluations);
@@ -101,8 +101,8 @@ double Chooser::window_of(Simulation& system) const {
   return share * result_.time;
 }
 
-// That a method with steps of its own shows: as many as the scene asks for, but where each ends a
-// step of an implicit one few.
+// The number of states that a method with adaptive steps shows: as many as the scene asks for, but
+// few for an implicit method, as each state ends a step.
 std::int64_t Chooser::states_in(const Candidate& method, double time) const {
   constexpr std::int64_t kImplicitStates = 40, kStates = 120;
   if (method.info.implicit && goal_.dt == 0) return kImplicitStates;
@@ -146,7 +146,7 @@ void Chooser::make_trials() {
                                     "no integrator fits the scene", "see sim list integrators"});
 }
 
-// The range of a quantity is known when something has run.
+// The range of a quantity is known once something has run.
 void Chooser::measure_range() {
   if (!problem_.of) return;
   const MethodTrials* best = nullptr;
@@ -166,7 +166,7 @@ void Chooser::measure_range() {
   result_.allowed = goal_.budget.of(result_.size);
 }
 
-// All trials together take as much as the run, or little.
+// All trials together cost at most as much as the run, or little.
 bool Chooser::affordable(double cost) const {
   double spent = 0, run = HUGE_VAL;
   for (const MethodTrials& each : trials_) {
@@ -196,8 +196,8 @@ MethodTrials* Chooser::cheapest() {
   return best;
 }
 
-// The method whose next run costs least is refined next, until none can become cheaper than the
-// cheapest that is known to keep the error.
+// The method with the cheapest next run is refined next, until none can become cheaper than the
+// cheapest that is known to meet the error.
 void Chooser::race() {
   while (!told_) {
     const double allowed = kAim * in_window();
@@ -214,7 +214,7 @@ void Chooser::race() {
   }
 }
 
-// The closest run of another family, or where there is none of another method.
+// The closest run of another family or, if there is none, of another method.
 MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   MethodTrials* check = nullptr;
   bool family = false;
@@ -228,7 +228,8 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   return check;
 }
 
-// Two families that differ by more than both say: neither is believed until both are refined.
+// If two families differ by more than their error estimates, neither is believed until both are
+// refined.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
   const double off = error_course(problem_, chosen.finest(), check.finest()).most;
   if (off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window())
@@ -258,8 +259,8 @@ MethodTrials* Chooser::choose_checked() {
   return chosen;
 }
 
-// When a neighbour of the run, a hundred-millionth of the size away, has parted from it as far as
-// chaos takes it; infinite where it has not.
+// The time at which a neighbour of the run, a hundred-millionth of the size away, has diverged from
+// it as far as chaos takes it; infinite if it has not.
 double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& run,
                                      const SeenRun& own) {
   constexpr double kAway = 1e-8, kChaos = 1e5;
@@ -274,7 +275,7 @@ double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& ru
   return HUGE_VAL;
 }
 
-// The run and its refined run; again with smaller steps where it missed.
+// The run and its refined run; repeated with smaller steps if it misses the goal.
 void Chooser::run_whole(MethodTrials& chosen) {
   const Candidate& method = chosen.method();
   const Refinement refinement(method);
@@ -336,7 +337,7 @@ void Chooser::run_whole(MethodTrials& chosen) {
   }
 }
 
-// Where no method keeps the error over the whole window.
+// The method that keeps the error longest, if none keeps it over the whole window.
 MethodTrials* Chooser::longest_kept() {
   MethodTrials* best = nullptr;
   double longest = -1;

@@ -19,7 +19,7 @@ Extrapolation::Extrapolation(OdeSystem& system, const double* x, std::int64_t mo
     *array = Array(n);
   for (int i = 0; i < kColumns; ++i) table_.emplace_back(n);
   std::copy(x, x + n, x_.data());
-  // Coordinates are measured by the largest of their kind, numbers of a flat state one by one.
+  // Coordinates are scaled by the largest of their kind, numbers of a flat state one by one.
   const StateShape shape = system.shape();
   for (const StatePart& part : shape.parts()) {
     const bool alone = part.components.size() == 1;
@@ -68,7 +68,7 @@ bool Extrapolation::converged(const Array& increment, const Array& coarser) {
   });
 }
 
-// With the rounding error of the sum kept for the next one (Kahan 1965).
+// Compensated summation: the rounding error is carried to the next sum (Kahan 1965).
 void Extrapolation::add(const Array& increment) {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const double rest = increment[i] - carry_[i];

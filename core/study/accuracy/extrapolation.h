@@ -29,7 +29,7 @@ class Extrapolation {
  private:
   static constexpr int kColumns = 8;
 
-  // One step; the columns it took, 0 when it did not converge.
+  // Takes one step; returns the columns used, 0 if it did not converge.
   int step(double h);
   void midpoint(double h, int substeps, Array& increment);
   void eval(double t, const Array* increment, Array& rate);

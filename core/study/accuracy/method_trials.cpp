@@ -45,7 +45,7 @@ ErrorCourse error_course(const Problem& problem, const SeenRun& run, const SeenR
     return course;
   }
   const auto intervals = [](const SeenRun& each) { return each.points.size() - 1; };
-  // Points of a run that ended early are as far apart as those of the other.
+  // A run that ended early counts as infinitely far from the other.
   if (!run.finished || !other.finished) {
     course.most = course.largest = HUGE_VAL;
     course.rms = {0, HUGE_VAL};

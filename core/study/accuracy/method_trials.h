@@ -30,7 +30,7 @@ struct ErrorCourse {
 };
 ErrorCourse error_course(const Problem& problem, const SeenRun& run, const SeenRun& other);
 
-// How a method is refined: by its steps, or by its tolerance.
+// The way in which a method is refined: by its steps, or by its tolerance.
 class Refinement {
  public:
   explicit Refinement(const Candidate& method)

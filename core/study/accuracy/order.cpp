@@ -28,7 +28,7 @@ double time_of(const Simulation& system, const OrderOptions& options) {
   return time > 0 ? time : 1;
 }
 
-// Halving until the error sinks below what the reference knows. Nothing when told to end.
+// Halves the step until the error sinks below that of the reference. Empty if told to end.
 std::optional<std::vector<Point>> halve(const Problem& problem, const Candidate& method,
                                         const Yardstick& yardstick,
                                         std::span<const std::int64_t> counts,

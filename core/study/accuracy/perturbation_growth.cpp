@@ -16,7 +16,7 @@ namespace {
 constexpr int kRuns = 8;
 constexpr double kDisturbance = 1e-8;
 
-// Normally distributed, the same in every program: by the method of Box and Muller (1958).
+// Normally distributed numbers, the same in every program (Box and Muller 1958).
 double normal(std::uint64_t run, std::uint64_t index) {
   const auto uniform = [&](std::uint64_t which) {
     StateHash hash;
@@ -27,7 +27,7 @@ double normal(std::uint64_t run, std::uint64_t index) {
          elementary::cos(2 * std::numbers::pi * uniform(1));
 }
 
-// The places in X of the coordinates that are free to move.
+// The indices in X of the coordinates that are free to move.
 std::vector<std::size_t> free_places(Simulation& system) {
   std::vector<std::size_t> positions;
   const ParticleSystem* particles = particles_of(system);

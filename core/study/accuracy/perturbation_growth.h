@@ -1,4 +1,4 @@
-// How fast neighbouring motions part: what a rounding error at the start becomes.
+// The growth of perturbations: the effect of a rounding error at the start.
 #pragma once
 
 #include <vector>

@@ -39,14 +39,15 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? HUGE_VAL : *std::ranges::max_element(values);
 }
 
-// How good the agreement is on the way, in digits; where motions part only the first part counts.
+// The quality of the agreement over time, in digits; with divergent motions only the first part
+// counts.
 double digits(const std::vector<double>& error) {
   double sum = 0;
   for (const double each : error) sum -= elementary::log10(std::max(each, kUnitRoundoff));
   return error.empty() ? -HUGE_VAL : sum / static_cast<double>(error.size());
 }
 
-// Finds a path and how far another method is from it.
+// Finds a reference path and its distance from the path of another method.
 class Search {
  public:
   Search(const Problem& problem, double time, const Watch& watch)
@@ -57,7 +58,7 @@ class Search {
     intervals_ = reference_intervals(problem, system);
     for (Candidate& method : fitting_methods(problem.with({problem.integrator().name}), {}))
       if (method.info.order > 0 && !method.chooses) methods_.push_back(std::move(method));
-    // Explicit ones first, and those of the highest order; of one order the cheaper.
+    // Explicit methods come first, and those of the highest order; of one order the cheaper.
     std::ranges::stable_sort(methods_, [](const Candidate& a, const Candidate& b) {
       if (a.info.implicit != b.info.implicit) return b.info.implicit;
       return a.info.order != b.info.order ? a.info.order > b.info.order
@@ -111,7 +112,7 @@ bool Search::exact() {
   return true;
 }
 
-// As the path, or as the check of an exact one.
+// Uses extrapolation as the path, or as the check of an exact one.
 bool Search::extrapolate() {
   const auto method = std::ranges::find(
       methods_, false, [](const Candidate& m) { return m.info.adaptive || m.info.implicit; });
@@ -132,7 +133,7 @@ bool Search::extrapolate() {
   return true;
 }
 
-// How far another path is from ours at each time; by a figure the same number at all.
+// The distance of another path from ours at each time; for a figure the same number throughout.
 std::vector<double> Search::errors_of(const Points& points) const {
   std::vector<double> error;
   if (problem_.by_figure()) {
@@ -166,7 +167,7 @@ double Search::figure_of(const Points& points) const {
   return course.figure(*problem_.of);
 }
 
-// The path again, from a rounding away.
+// Repeats the path from a start perturbed by a rounding error.
 bool Search::trace_neighbour(std::uint64_t which, Points& points) {
   if (path_method_) return follow(*path_method_, points, which);
   Simulation system = problem_.simulation();
@@ -175,8 +176,8 @@ bool Search::trace_neighbour(std::uint64_t which, Points& points) {
   return trace(system, start, points);
 }
 
-// Where motion is chaotic two runs may agree on a figure by chance. Runs that begin a rounding away
-// show what it is worth.
+// In chaotic motion two runs may agree on a figure by chance. Runs perturbed by a rounding error at
+// the start show its uncertainty.
 void Search::ask_neighbours() {
   constexpr std::uint64_t kNeighbours = 4;
   for (std::uint64_t each = 0; each < kNeighbours && !told_; ++each) {
@@ -196,7 +197,7 @@ bool Search::integrate(const Candidate& method, std::int64_t steps, double toler
   return run_trajectory(problem_, method, plan, [&] { return go_on(method.name); }).finished;
 }
 
-// The most steps that can be waited for, a multiple of the intervals.
+// The largest affordable number of steps, a multiple of the intervals.
 std::int64_t Search::finest(const Candidate& method) const {
   constexpr int kImplicit = 50;  // evaluations that an implicit step is worth
   const int cost = method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
@@ -205,7 +206,7 @@ std::int64_t Search::finest(const Candidate& method) const {
   return steps;
 }
 
-// An integrator as the path, where nothing better is; or as a neighbour of it.
+// Uses an integrator as the path if nothing better exists; or as a neighbour of it.
 bool Search::follow(const Candidate& method, Points& points,
                     std::optional<std::uint64_t> neighbour) {
   const bool by_tolerance = method.info.adaptive && method.has_tolerance;
@@ -231,7 +232,7 @@ std::optional<std::vector<double>> Search::difference(const Candidate& method, s
   return errors_of(points);
 }
 
-// Refined until that no longer helps; kept if it is the best check so far.
+// Refines another method until that no longer helps; kept if it is the best check so far.
 void Search::compare(const Candidate& method) {
   const auto keep = [&](const std::optional<std::vector<double>>& error) {
     if (!error || !(digits(*error) > digits(result_.error))) return false;
@@ -252,7 +253,7 @@ void Search::compare(const Candidate& method) {
   }
 }
 
-// The embedded pairs with their own steps, and with equal ones, which has less to interpolate.
+// Compares the embedded pairs with adaptive steps, and with equal ones, which interpolate less.
 void Search::compare_all(std::optional<Family> other) {
   constexpr int kEnough = 4;
   int tried = 0;
@@ -273,7 +274,7 @@ void Search::compare_all(std::optional<Family> other) {
   }
 }
 
-// Steps, or a tolerance, that are good to 1e-6 of the size.
+// Finds steps, or a tolerance, that are accurate to 1e-6 of the size.
 void Search::make_rough() {
   constexpr double kTolerance = 1e-12;
   for (const Candidate& method : methods_)

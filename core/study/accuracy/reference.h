@@ -25,7 +25,7 @@ struct Reference {
   int seen_of(std::int64_t count) const;  // how many of so many equal steps are points
 };
 
-// How many points a reference of the problem has.
+// The number of points of a reference of the problem.
 int reference_intervals(const Problem& problem, Simulation& system);
 
 // The range of the compared quantity over time; its size where it never changes. The range of a

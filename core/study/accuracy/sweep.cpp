@@ -68,7 +68,7 @@ double Yardstick::floor() const {
 Yardstick Yardstick::of(const Candidate& method) const {
   Yardstick result = *this;
   if (method.info.precision != Precision::kSingle) return result;
-  // Some roundings of coordinates; smaller steps only make them more.
+  // The rounding errors of coordinates; smaller steps only add to them.
   double largest = 0;
   for (const double coordinate : reference->points.front())
     largest = std::max(largest, std::abs(coordinate));
@@ -108,7 +108,7 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   };
   Point point;
   TrajectoryPlan plan{yardstick.time, reference.seen_of(steps), steps, tolerance, yardstick.energy};
-  // Without dense output each look ends a step.
+  // Without dense output each sampled state ends a step.
   const bool dense = !method.info.implicit;
   if (by_tolerance && dense) plan.steps = plan.intervals = reference.intervals();
   const int stride = reference.intervals() / plan.intervals;
@@ -152,10 +152,10 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   return point;
 }
 
-// The longest row of points whose local orders agree; of two the finer one.
+// The longest sequence of points whose local orders agree; of two the finer one.
 std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
                                             const Yardstick& yardstick) {
-  // Steps that a tolerance chooses vary more than halved ones.
+  // Steps chosen by a tolerance vary more than halved ones.
   const double spread = !points.empty() && points.front().tolerance > 0 ? 1.5 : 0.3;
   std::vector<double> x, y;
   for (const Point& point : points) {

@@ -1,4 +1,4 @@
-// One method at many steps (or tolerances): how wrong it is, and what it takes.
+// One method at many steps (or tolerances): its error and its cost.
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,7 @@ struct Point {
   double seconds = 0, spread = 0;  // of stepping: median and range of the repeats
 };
 
-// How much a sweep may cost.
+// The limits on the cost of a sweep.
 struct SweepLimits {
   double evaluations;  // of one run of 64 particles; fewer in larger scenes
   int implicit_cost;   // evaluations that an implicit step is worth
@@ -76,7 +76,7 @@ class Patience {
   Clock::time_point begin_ = Clock::now();
 };
 
-// How often a run of so many seconds is repeated for its time: many short ones, few long ones.
+// The number of repetitions that time a run of so many seconds: many short ones, few long ones.
 int repeats_after(double seconds, int wanted);
 
 // At `steps` steps in all (a multiple of kIntervals), or with a tolerance in steps of its own. Seen

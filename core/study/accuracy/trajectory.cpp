@@ -124,7 +124,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   if (ConstraintSystem* constraint_system = system.constraint_system();
       constraint_system && plan.energy)
     result.drift = constraint_system->drift(system.t(), system.state().data());
-  // Between the states of an adaptive run drag is not looked at.
+  // The work of drag is not sampled between the states of an adaptive run.
   const bool seen = balance && !(method.info.adaptive && balance->has_drag());
   if (seen && good && balance->in_play() > 0 &&
       balance->uncertainty() <= 0.5 * std::abs(balance->error()))

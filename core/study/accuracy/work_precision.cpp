@@ -22,8 +22,8 @@ namespace {
 constexpr double kFirstOfCurve = 1e-2, kLastOfCurve = 0.99e-12;
 constexpr SweepLimits kCurveLimits{.evaluations = 5e4, .implicit_cost = 50, .seconds = 0.5};
 
-// 20 intervals of 1, 2, 3, 4, 6, 8, 12, 16, ... steps: all of them points of the reference, or all
-// points of the reference among them.
+// 20 intervals of 1, 2, 3, 4, 6, 8, 12, 16, ... steps: either they all coincide with points of the
+// reference, or include all of these.
 std::vector<std::int64_t> step_counts(double most) {
   std::vector<std::int64_t> counts;
   for (std::int64_t each = kIntervals; static_cast<double>(each) <= most; each *= 2) {
@@ -34,7 +34,7 @@ std::vector<std::int64_t> step_counts(double most) {
   return counts;
 }
 
-// False when told to end; the curve has the points so far.
+// False if told to end; the curve has the points so far.
 bool sweep(const Problem& problem, const Yardstick& yardstick, double most_evaluations,
            Curve& curve, const std::function<bool()>& go_on) {
   const Candidate& method = curve.method;
@@ -52,7 +52,7 @@ bool sweep(const Problem& problem, const Yardstick& yardstick, double most_evalu
   const auto finest = [&] {
     const Point& last = points.back();
     const auto known = [&](const Point& p) { return p.finished && p.rms <= yardstick.floor(); };
-    // A figure may be right once by chance.
+    // A figure may be right by chance.
     const bool enough = !yardstick.figure || (points.size() > 1 && known(points.end()[-2]));
     const bool long_enough = last.seconds > kCurveLimits.seconds;
     curve.late = long_enough;
@@ -77,9 +77,9 @@ bool sweep(const Problem& problem, const Yardstick& yardstick, double most_evalu
 
 bool in_single(const Curve& curve) { return curve.method.info.precision == Precision::kSingle; }
 
-// Explicit methods cost their evaluations. What an implicit one does besides, and what single
-// precision saves, is counted by the time it takes, in units of the time that an evaluation takes
-// in the explicit runs in double precision.
+// The cost of explicit methods is their evaluations. The additional work of implicit ones, and the
+// savings of single precision, are measured by time, in units of the time of an evaluation in the
+// explicit runs in double precision.
 void price(std::vector<Curve>& curves) {
   std::vector<double> each;
   for (const Curve& curve : curves)
@@ -101,8 +101,8 @@ void price(std::vector<Curve>& curves) {
   }
 }
 
-// Below the floor the reference is as wrong as the point: those are left out unless `all` are
-// wanted.
+// Below its floor the reference is as inaccurate as the point: such points are left out unless
+// `all` are wanted.
 std::vector<Place> by_cost(const WorkPrecision& study, bool all) {
   std::vector<Place> positions;
   for (std::size_t c = 0; c < study.curves.size(); ++c)
@@ -119,7 +119,7 @@ std::vector<Place> by_cost(const WorkPrecision& study, bool all) {
   return positions;
 }
 
-// A figure may be right by chance: none is better than the worst of finer steps.
+// A figure may be right by chance: no error is taken to be below the largest of finer steps.
 void believe_no_luck(std::vector<Point>& points) {
   double worst = 0;
   for (auto point = points.rbegin(); point != points.rend(); ++point) {
@@ -128,8 +128,8 @@ void believe_no_luck(std::vector<Point>& points) {
   }
 }
 
-// Inside the limit of stability with room to spare: 0.8 of it, and 0.5 for long runs that nothing
-// damps, where nonlinear resonance eats at them (Skeel & Srinivas 2000).
+// True well inside the stability limit: up to 0.8 of it, or 0.5 for long undamped runs, which
+// suffer from nonlinear resonance (Skeel & Srinivas 2000).
 bool well_inside(const WorkPrecision& study, Place place) {
   const Curve& curve = study.curves[place.curve];
   if (!curve.limit || curve.method.info.adaptive) return true;
@@ -175,7 +175,7 @@ void recommend(WorkPrecision& study) {
 
 namespace {
 
-// The size that a rounding at the start has grown to at a point of the reference.
+// The size to which a rounding error at the start has grown at a point of the reference.
 double grown_rounding(const WorkPrecision& study, std::size_t k) {
   const auto each = static_cast<std::size_t>(std::max(1, study.reference.intervals() / kIntervals));
   const std::size_t measured = (k + each - 1) / each;
@@ -210,7 +210,7 @@ double time_of(const Simulation& system, const WorkPrecisionOptions& options) {
 std::vector<Candidate> methods_of(const Problem& problem, const Simulation& system,
                                   const WorkPrecisionOptions& options) {
   std::vector<Candidate> methods = methods_to_sweep(problem, system, options.integrators);
-  // What chooses among the others would only show them twice.
+  // Methods that choose among the others would only show them twice.
   if (options.integrators.empty())
     std::erase_if(methods, [](const Candidate& method) { return method.chooses; });
   return methods;
@@ -247,7 +247,7 @@ std::unique_ptr<WorkPrecision> work_precision(const Problem& problem,
   if (study->reference.points.empty()) return study;
   if (problem.of) study->size = range_of(problem, study->reference);
   study->budget = options.budget * (options.budget_in_metres ? 1 : study->size);
-  // How positions part says nothing of a quantity of the scene's own.
+  // The growth of perturbations does not apply to a quantity of the scene's own.
   if (problem.of)
     study->growth.complete = true;
   else

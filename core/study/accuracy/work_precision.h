@@ -48,7 +48,7 @@ struct WorkPrecision {
   WorkPrecision() = default;
   WorkPrecision(const WorkPrecision&) = delete;
   WorkPrecision& operator=(const WorkPrecision&) = delete;
-  // How well the reference must be known: to a hundredth of the budget, a figure to a fourth.
+  // The required accuracy of the reference: a hundredth of the budget, for a figure a fourth.
   double needed() const;
   const Point& at(Place place) const { return curves[place.curve].points[place.point]; }
   double cost(Place place) const { return curves[place.curve].cost[place.point]; }

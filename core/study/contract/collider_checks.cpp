@@ -1,4 +1,4 @@
-// Colliders against the geometry they promise, and motions against their own derivatives.
+// Checks of colliders against their geometric contract, and of motions against their derivatives.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -16,7 +16,7 @@ constexpr int kPoints = 400;
 constexpr double kSmall = 0x1p-20;  // m or s, of differences
 constexpr double kTimes[] = {0, 0.25, 1.5};
 
-// Numbers without a pattern, the same in every run.
+// Pseudo-random numbers, the same in every run.
 class Numbers {
  public:
   double next(double most) {
@@ -32,7 +32,7 @@ class Numbers {
   double seed_ = 0.5;
 };
 
-// The share of points at which a derivative is not that of differences. Edges have none.
+// The share of points at which a derivative differs from a difference quotient. Edges have none.
 class Misses {
  public:
   void compare(double value, double difference) {
@@ -51,7 +51,7 @@ class Misses {
   int all_ = 0, missed_ = 0;
 };
 
-// |gap(a) - gap(b)| <= |a - b|, |normal| = 1, clearance <= gap: what finds a touch relies on them.
+// gap(a) - gap(b)| <= |a - b|, |normal| = 1, clearance <= gap: contact detection relies on them.
 void check_distance(Collider& collider, Examiner& examiner) {
   constexpr double kRounding = 1e-9;
   Numbers numbers;
@@ -90,7 +90,7 @@ void check_distance(Collider& collider, Examiner& examiner) {
   examiner.hash(seen);
 }
 
-// Goes round and turns about the vertical.
+// A motion on a closed curve that rotates about the vertical.
 class Circling final : public RigidMotion {
  public:
   Pose at(double t, const Vec3& center) const override {
@@ -104,7 +104,7 @@ class Circling final : public RigidMotion {
   double max_angular_speed() const override { return 0.5; }
 };
 
-// The example of the plugin, moved where it can be.
+// The example of the plugin, with a motion if it takes one.
 Params moving_params(const Plugin<Collider>& plugin) {
   std::map<std::string, Value> given = example_values(plugin);
   for (const Param& param : plugin.params)
@@ -112,7 +112,7 @@ Params moving_params(const Plugin<Collider>& plugin) {
   return Params(plugin.title(), plugin.params, given, {}, plugin.free_numbers);
 }
 
-// The velocity of the surface, and the bound on it that says how far to look.
+// Checks the velocity of the surface, and its bound, which limits the search for contact.
 void check_motion_of(Collider& collider, Examiner& examiner) {
   if (!collider.moves()) return examiner.skipped("its surface has a velocity", "it does not move");
   Numbers numbers;
@@ -145,7 +145,7 @@ void check_surface(const ContactMaterial& surface, Examiner& examiner) {
                  brief(surface.restitution, 3) + ", " + brief(surface.friction, 3));
 }
 
-// Of rotation by the angle phi about an axis: d(sine)/dt = rate cosine, d(cosine)/dt = -rate sine.
+// Checks the rotation by phi about an axis: d(sine)/dt = rate cosine, d(cosine)/dt = -rate sine.
 void check_pose(const RigidMotion& motion, Examiner& examiner) {
   Misses velocity, rate;
   double off = 0, faster = 0;
@@ -208,7 +208,7 @@ void check_motion(const Plugin<RigidMotion>& plugin, Contract& contract) {
   });
 }
 
-// Speeds from far below to far above those of scenes, and 0.
+// Checks speeds from far below to far above those of scenes, and 0.
 void check_law(const Plugin<ContactLaw>& plugin, Contract& contract) {
   constexpr double kSlowest = 1e-9, kFastest = 1e4, kRatio = 1.01;  // m/s
   const auto values_of = [](const ContactLaw& law) {

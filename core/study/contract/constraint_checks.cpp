@@ -1,4 +1,4 @@
-// A constraint against differences of its own equations.
+// Checks of a constraint against differences of its own equations.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kHeld = 6;
 
-// Some particles at a state that obeys the constraint.
+// A few particles at a state that satisfies the constraint.
 class ConstrainedCloud {
  public:
   ConstrainedCloud(const Plugin<Constraint>& plugin, const Params& params)
@@ -41,13 +41,13 @@ class ConstrainedCloud {
   bool allowed() const { return allowed_; }
   const RowList& rows() const { return constraints_.rows(); }
 
-  // At kTime, of the pairs of each row.
+  // The curvature at kTime of the pairs of each row.
   std::vector<double> curvature() const {
     std::vector<double> pairs(rows().pairs());
     rows().write_curvature(view(kTime), memory_.data(), pairs);
     return pairs;
   }
-  // At that time on the straight way of all particles from kTime on.
+  // The rows at time t on the straight paths of all particles from kTime on.
   RowValues at(double t) const {
     Array moved(layout_.size());
     std::copy_n(x_.data(), x_.size(), moved.data());
@@ -56,7 +56,7 @@ class ConstrainedCloud {
         layout_.block(moved.data(), axis)[i] += (t - kTime) * layout_.block(x_.data(), 3 + axis)[i];
     return values(moved, t);
   }
-  // With one coordinate of one particle changed.
+  // The rows with one coordinate of one particle changed.
   RowValues beside(int i, int axis, double by) const {
     Array moved(layout_.size());
     std::copy_n(x_.data(), x_.size(), moved.data());
@@ -125,7 +125,7 @@ void check_derivatives(const ConstrainedCloud& cloud, Examiner& examiner) {
     bias.compare(now.bias()[r],
                  (after.phi()[r] - 2 * now.phi()[r] + before.phi()[r]) / (kStep * kStep));
   }
-  // Where it is given at all, of pairs of one row.
+  // The curvature is compared only if the constraint gives it, for the pairs of one row.
   const std::vector<double> curvature = cloud.curvature();
   Agreement second;
   std::size_t pair = 0;

@@ -1,5 +1,4 @@
-// A contact against what a step may ask of it: two sheets, or two bodies, that a free step leads
-// through each other.
+// Checks of contact on two sheets, or two bodies, that a free step moves through each other.
 #include <cmath>
 #include <optional>
 
@@ -23,7 +22,7 @@ SystemSpec still_scene() {
   return spec;
 }
 
-// 4 x 4 particles each, 0.02 m apart and nearer by 0.1 m after a step.
+// Two sheets of 4 x 4 particles, 0.02 m apart and nearer by 0.1 m after a step.
 SystemSpec two_sheets(const std::string& plugin, const std::map<std::string, Value>& given) {
   constexpr int kSide = 4, kCount = kSide * kSide;
   SystemSpec spec = still_scene();
@@ -45,7 +44,7 @@ SystemSpec two_sheets(const std::string& plugin, const std::map<std::string, Val
   return spec;
 }
 
-// Boxes, 0.05 m apart and nearer by 0.1 m after a step.
+// Two boxes, 0.05 m apart and nearer by 0.1 m after a step.
 SystemSpec two_bodies(const std::string& plugin, const std::map<std::string, Value>& given) {
   SystemSpec spec = still_scene();
   spec.contact = ContactSpec{.given = given, .plugin = plugin};

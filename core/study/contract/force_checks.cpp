@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kFew = 12, kMany = 8 * 2048;  // particles
 
-// Neighbours by number, for a force that joins particles, with the values that it has no default
-// for.
+// Elements that join neighbours in id, for a force between particles, with the values that have no
+// default.
 Elements ties(const PluginInfo& plugin, int n) {
   Elements elements;
   elements.arity = std::max(plugin.elements.arity, 2);
@@ -30,14 +30,14 @@ Elements ties(const PluginInfo& plugin, int n) {
   return elements;
 }
 
-// In (-1, 1), another for every number.
+// A pseudo-random number in (-1, 1) for each i.
 double random(int i) {
   StateHash hash;
   hash.add(static_cast<std::uint64_t>(i));
   return static_cast<double>(hash.value() >> 11) * 0x1p-52 - 1;
 }
 
-// Particles at random under one force.
+// Particles at random positions under one force.
 class Cloud {
  public:
   Cloud(const ForcePlugin& plugin, const Params& params, int n, int threads)
@@ -61,7 +61,7 @@ class Cloud {
   double& position(int i, int axis) { return layout_.block(x_.data(), axis)[i]; }
   double& velocity(int i, int axis) { return layout_.block(x_.data(), 3 + axis)[i]; }
 
-  // Another state for another number; `fast` changes velocities alone.
+  // Places the particles in another random state for each number; `fast` changes velocities alone.
   void place(int state, int fast) {
     for (int i = 0; i < layout_.n(); ++i)
       for (int axis = 0; axis < 3; ++axis) {
@@ -80,14 +80,14 @@ class Cloud {
     return list;
   }
 
-  // How what it remembers changes.
+  // The rates of the internal variables.
   std::vector<double> memory_rates() {
     system_->eval(0.25, {x_.data(), {}}, y_.data(), rate_.data());
     const auto begin = rate_.data() + layout_.size();
     return {begin, begin + system_->internal_size()};
   }
 
-  // The friction of a force that resists(), as forces().
+  // The friction of a force with a dissipative_part(), as forces().
   std::vector<double> resistance() {
     const auto n = static_cast<std::size_t>(layout_.n());
     std::vector<double> sum(3 * n);
@@ -97,12 +97,12 @@ class Cloud {
     return sum;
   }
 
-  // All that a stage asks of a force; takes no memory itself.
+  // Evaluates a force as a stage does; takes no memory itself.
   void evaluate() { system_->eval(0.25, {x_.data(), {}}, y_.data(), rate_.data()); }
 
   double potential() const { return system_->potential_energy(0.25, x_.data()); }
 
-  // The sum over tiles of that many particles, for a force that is gathered.
+  // Accumulates the force over tiles of that many particles, for a force that is gathered.
   std::vector<double> in_tiles(int size) {
     const auto n = static_cast<std::size_t>(layout_.n());
     Array sum(3 * n);
@@ -114,7 +114,7 @@ class Cloud {
     return {sum.data(), sum.data() + 3 * n};
   }
 
-  // The same of a sweep that begins at a particle, in tiles; 0 before it. For forces that have one.
+  // Accumulates a sweep that begins at a particle, in tiles; 0 before it. For forces that have one.
   std::vector<double> swept(int first, int size) {
     const auto n = static_cast<std::size_t>(layout_.n());
     std::vector<double> sum(3 * n);
@@ -137,7 +137,8 @@ class Cloud {
   std::unique_ptr<ParticleSystem> system_;
 };
 
-// Central differences of f by one number of the state, in steps that balance their errors.
+// Central differences of f by one number of the state, with a step that balances truncation and
+// rounding.
 template <class F>
 auto difference(double& number, F f) {
   constexpr double kStep = 1e-5;
@@ -197,7 +198,7 @@ void check_potential(Cloud& cloud, Examiner& examiner) {
                                                 : "conservative() does not say so");
 }
 
-// The blocks of what a force accumulates, as a full matrix, rows and columns as in Cloud::forces().
+// The Jacobian blocks of a force as a full matrix, rows and columns as in Cloud::forces().
 struct Blocks final : JacobianSink {
   explicit Blocks(int count)
       : n(count),
@@ -240,7 +241,7 @@ void check_jacobian(Cloud& cloud, Examiner& examiner, const std::string& with = 
   examiner.check(name, worst < kAgree, share(worst, "derivative"));
 }
 
-// Every block that it adds, in a few states, is one of a pair that couplings() names.
+// Checks that every block added in a few states belongs to a pair that couplings() names.
 void check_couplings(Cloud& cloud, Examiner& examiner) {
   std::vector<std::array<int, 2>> pairs;
   if (!cloud.force().has_jacobian() || !cloud.force().couplings(pairs)) return;
@@ -308,7 +309,7 @@ void check_momentum(Cloud& cloud, Examiner& examiner) {
                                                : "the forces do not sum to 0: an external force");
 }
 
-// The second time in a state, and in another one.
+// Checks for allocations in a state evaluated before, and in another one.
 void check_allocations(Cloud& cloud, Examiner& examiner) {
   for (const int state : {1, 2, 1}) {
     cloud.place(state, 0);
@@ -360,7 +361,7 @@ void check_purity(const ForcePlugin& plugin, const Params& params, Examiner& exa
   examiner.ok(kTiles, "of 1, 8 and 1000 particles");
 }
 
-// What its default turns off, as a damping of 0, is turned on.
+// Checks the force with parameters turned on that its defaults turn off, such as damping 0.
 void check_turned_on(const ForcePlugin& plugin, Examiner& examiner) {
   for (const Param& param : plugin.params) {
     const auto* const value = std::get_if<double>(&param.default_value);

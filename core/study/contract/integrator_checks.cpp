@@ -49,7 +49,7 @@ class Course {
     forces.push_back(std::make_unique<Well>());
     system_ = std::make_unique<ParticleSystem>(std::vector<double>{1, 1.5, 2}, std::vector<int>{},
                                                std::move(forces), start_.data(), pool_);
-    // Steps of its own may be as many as a tolerance or a bound on them asks for.
+    // An adaptive method may take as many steps as a tolerance or a bound on them requires.
     system_->stop_when([this] { return ++asked_ > kMostAsked; });
     integrator_ = method.make();
     integrator_->prepare(*system_);
@@ -65,7 +65,7 @@ class Course {
     integrator_->restart(0, h, x_.data());
   }
 
-  // Takes up from another course.
+  // Continues from another course.
   void follow(const Course& other) {
     h_ = other.h_;
     done_ = other.done_;
@@ -74,7 +74,7 @@ class Course {
     integrator_->recall(other.integrator_->memory());
   }
 
-  // Steps alone: takes no memory itself.
+  // Takes steps alone, without allocating.
   void take(int steps) {
     for (int i = 0; i < steps; ++i) {
       integrator_->step(*system_, t(), h_, x_.data(), next_.data());
@@ -83,7 +83,7 @@ class Course {
     }
   }
 
-  // False when a step fails. Notes whether a step changed the state it started from.
+  // False if a step fails. Notes whether a step changed its initial state.
   bool go(int steps) {
     for (int i = 0; i < steps; ++i) {
       const std::vector<double> before(x_.data(), x_.data() + x_.size());
@@ -119,7 +119,7 @@ double distance(std::span<const double> a, std::span<const double> b) {
   return most;
 }
 
-// With steps of size h, where the method can do otherwise.
+// The method with fixed steps of size h, if it has that option.
 Method fixed(Registry& registry, const IntegratorPlugin& plugin) {
   std::map<std::string, Value> given = example_values(plugin);
   for (const Param& param : plugin.params)

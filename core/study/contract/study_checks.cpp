@@ -45,7 +45,8 @@ class Pendulum final : public SceneSource {
   SystemSpec spec_;
 };
 
-// One object: its braces close with its last character, but for those in texts.
+// True for a single JSON object: its braces close with the last character, except for those in
+// strings.
 bool one_object(const std::string& json) {
   int depth = 0;
   bool text = false;

@@ -43,8 +43,8 @@ Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const Meth
       if (weights_[at] > 0) start_[at] += size * (noise.next() + kMode * spectrum.shape[at]);
       weights_[velocity.at(i, axis)] /= rate * rate;
     }
-  // Whether it keeps steps shows after some. Of those that do the fastest mode is known by this
-  // alone: it stands out, so that little growth shows.
+  // A method of several steps shows its memory after a few of them. Its fastest mode is found in
+  // this way alone: the mode stands out, so that little growth shows.
   const double h = 1e-3 / rate;
   integrator_->restart(place.t(), h, start_.data());
   std::ranges::copy(start_.span(), x_.data());

@@ -1,5 +1,5 @@
-// How a small disturbance of a system that stands still grows under a method: many real steps, from
-// a random direction, so that no mode is presumed.
+// The growth of a small disturbance of a system at rest under a method: many real steps, from a
+// random direction, so that no mode is presumed.
 #pragma once
 
 #include <memory>

@@ -19,7 +19,7 @@ namespace {
 using Complex = std::complex<double>;
 
 // The numbers of X that are free to move, each with the square root of its mass. In a system of
-// particles those are positions; the velocity of one stands `to_velocity` further on.
+// particles those are positions; the velocity of one is `to_velocity` further on.
 struct Coordinates {
   std::vector<std::size_t> at;
   std::vector<int> particle;  // whose they are, in a system of particles
@@ -48,7 +48,7 @@ struct Coordinates {
   }
 };
 
-// Neighbours against each other, as stiff modes are, and a little of everything else.
+// A start vector with neighbours in opposite directions, as in stiff modes, and some noise.
 std::vector<double> start_vector(std::size_t size) {
   std::vector<double> u(size);
   Noise noise;
@@ -103,7 +103,7 @@ class Action {
     }
   }
 
-  // The damping is the same for every motion.
+  // True if the damping is the same for every motion.
   bool evenly_damped() {
     constexpr double kSame = 1e-9;
     std::vector<double> u = start_vector(size());
@@ -160,8 +160,8 @@ struct Ritz {
   int products = 0;
 };
 
-// Grows the space until the fastest vibration is known to 1e-7, or the space is used up. No pairs
-// if the first product is not finite.
+// Expands the Krylov space until the fastest vibration is known to 1e-7, or the space is exhausted.
+// No pairs if the first product is not finite.
 Ritz fastest_pairs(Action& action, int most) {
   constexpr double kTolerance = 1e-7;
   constexpr double kMostNumbers = 3e7;  // of the basis: 240 MB
@@ -189,8 +189,8 @@ Vibration vibration(Complex value, bool second_order, double damping) {
   return {std::abs(value), -2 * value.real()};
 }
 
-// The eigenvalues of J itself, where damping differs from mode to mode: all of a small system, of a
-// large one those at the rim that are known to 1e-3.
+// The eigenvalues of J itself, if damping differs from mode to mode: all of a small system; of a
+// large one the extreme ones that are known to 1e-3.
 std::vector<Vibration> eigenvalues(Action& action, double omega) {
   constexpr int kWhole = 400, kRim = 160;
   constexpr double kKnown = 1e-3;
@@ -212,14 +212,14 @@ std::vector<Vibration> eigenvalues(Action& action, double omega) {
   return found;
 }
 
-// Re lambda where it is positive: lambda^2 + damping lambda + value = 0 in a system of particles.
+// Re lambda if it is positive: lambda^2 + damping lambda + value = 0 in a system of particles.
 double growth(Complex value, bool second_order, double damping) {
   if (!second_order) return std::max(value.real(), 0.0);
   if (!(value.real() < 0)) return 0;
   return std::sqrt(damping * damping / 4 - value.real()) - damping / 2;
 }
 
-// The mode in the layout of X, as large as the coordinates of one particle can be.
+// The mode in the layout of X, normalised to the largest coordinates of one particle.
 void unfold(const Simulation& system, const Coordinates& where, const std::vector<Complex>& u,
             Spectrum& result) {
   const bool second = where.to_velocity > 0;
@@ -242,7 +242,7 @@ void unfold(const Simulation& system, const Coordinates& where, const std::vecto
   }
 }
 
-// Where the mode lives: its kinetic energy by particle, its elastic energy by family.
+// Locates the mode: its kinetic energy by particle, its elastic energy by family.
 void locate(Simulation& system, const Coordinates& where, const std::vector<Complex>& u,
             Spectrum& result) {
   constexpr std::size_t kParticles = 4;
@@ -265,8 +265,8 @@ void locate(Simulation& system, const Coordinates& where, const std::vector<Comp
 }  // namespace
 
 // The energy of a small displacement of a spring, e the relative displacement of its ends and u its
-// direction: 1/2 k [(u.e)^2 + (1 - r/d) |e - u (u.e)|^2]. Springs that lost tension give less than
-// 0.
+// direction: 1/2 k [(u.e)^2 + (1 - r/d) |e - u (u.e)|^2]. Springs that lost tension contribute less
+// than 0.
 std::vector<std::pair<std::string, double>> family_shares(const Simulation& system,
                                                           const std::vector<double>& displacement) {
   const auto moved = [&](int i) {

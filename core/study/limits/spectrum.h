@@ -1,4 +1,4 @@
-// How fast a system vibrates: the extreme eigenvalues of its Jacobian, and where their modes are.
+// The extreme eigenvalues of the Jacobian of a system, and the location of their modes.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ struct Vibration {
   double damping = 0;  // -2 Re lambda, 1/s
 };
 
-// How fast velocities by themselves decay, the largest eigenvalue of -da/dv, 1/s: by drag alone, or
-// else by all forces, which splittings do not take exactly; 0 where there are none.
+// The decay rate of velocities by themselves, the largest eigenvalue of -da/dv, 1/s: by drag alone,
+// or else by all forces, which splittings do not take exactly; 0 if there are none.
 struct VelocityDecay {
   double drag = 0, forces = 0;
 };
@@ -56,10 +56,11 @@ Vibration fastest_vibration(Simulation& system, int products = 6);
 // of f that the method takes explicitly, where that is not all of it.
 Vibration limiting_vibration(Simulation& system, int products = 6);
 
-// How far the fastest mode moves each particle, the most as 1; of a flat state one number.
+// The displacement of each particle in the fastest mode, the largest as 1; for a flat state one
+// number.
 std::vector<double> fastest_mode(Simulation& system);
 
-// The bound alone, by Gershgorin discs around the particles: no product at all.
+// The Gershgorin bound alone, by discs around the particles: no product at all.
 double omega_bound(Simulation& system);
 
 // The smallest damping rate c / m of a free particle, 1/s; 0 in a first-order system.

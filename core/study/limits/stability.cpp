@@ -22,8 +22,8 @@ constexpr double kInfinity = HUGE_VAL;
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one method
 
-// A study that takes so much longer than it said leaves out what is left: what it says is an
-// estimate from the start, where nothing may touch yet.
+// A study that takes much longer than estimated skips the rest: the estimate is made at the start,
+// where contact may not have begun.
 constexpr double kMostTimes = 3, kLeastOverrun = 2;  // of what it said, and s
 
 bool bounded(const std::optional<double>& limit) {
@@ -35,7 +35,7 @@ int cost_of_step(const Candidate& method) {
   return method.info.implicit ? kImplicit : std::max(1, method.info.evaluations);
 }
 
-// Steps of one run that are not too long to wait for.
+// The number of steps of one run that is affordable.
 double affordable_steps(const Simulation& system, const Candidate& method) {
   constexpr double kMostWork = 1e7;  // evaluations, of all particles together
   const double most =
@@ -43,14 +43,14 @@ double affordable_steps(const Simulation& system, const Candidate& method) {
   return system.second_order() ? most : 0.1 * most;
 }
 
-// Of a step that was not taken: it failed, or it was told to end, then nothing.
+// The result of a step that failed; empty if the study was told to end.
 std::optional<EnergyAtStep> failed_at(double fraction, double dt,
                                       const std::function<bool()>& go_on) {
   if (!go_on()) return {};
   return EnergyAtStep{fraction, dt, kInfinity};
 }
 
-// Nothing when it was told to end.
+// The energy after a run with this step; empty if told to end.
 std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, double dt,
                                       double time, const std::function<bool()>& go_on) {
   Simulation run = problem.simulation(dt);
@@ -75,8 +75,8 @@ double largest_difference(std::span<const double> a, std::span<const double> b) 
   return most;
 }
 
-// Of a first-order system: how far a run is from one with a tenth of the step, over the largest
-// number on the way. Nothing when it was told to end.
+// The error of a run of a first-order system: its distance from a run with a tenth of the step,
+// relative to the largest number on the way. Empty if told to end.
 std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, double dt,
                                      double time, const std::function<bool()>& go_on) {
   constexpr int kFiner = 10;
@@ -96,7 +96,7 @@ std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, do
   return EnergyAtStep{fraction, dt, size > 0 ? most / size : 0};
 }
 
-// The duration of the scene; where it has none, so long that the largest step is taken often.
+// The duration of the scene; without one, a multiple of the largest step.
 double energy_time(const Simulation& system, const std::vector<MethodStability>& methods) {
   double largest = 0;
   for (const MethodStability& each : methods)
@@ -106,9 +106,9 @@ double energy_time(const Simulation& system, const std::vector<MethodStability>&
   return system.second_order() ? duration : std::min(duration, kFirstOrder * largest);
 }
 
-// A method that takes no forces but springs and drag does not fit a system that loads hold still.
+// Methods that accept only springs and drag do not fit a system held at rest by loads.
 void measure_limit(Standstill& place, const Stability& result, MethodStability& each) try {
-  // Where the fastest mode grows by itself, growth is no fault of a step.
+  // If the fastest mode grows by itself, growth does not come from the step.
   if (result.spectrum.first_order && result.spectrum.fastest.damping < 0) return;
   if (result.spectrum.fastest.omega > 0) {
     each.radius = MeasuredRadius(place, result.spectrum, each.method)(result.dt);
@@ -118,11 +118,11 @@ void measure_limit(Standstill& place, const Stability& result, MethodStability& 
     }
   }
   each.measured = measured_step(place, result.spectrum, each.method);
-  // Where damping just holds a growth that is too slow to be seen, only the prediction knows.
+  // If damping barely holds a growth that is too slow to measure, only the prediction is known.
   if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
 } catch (const Error&) {}
 
-// About how long all that follows takes, in s, by the predicted limits.
+// The expected duration, s, of the rest of the study, by the predicted limits.
 double expected(const Problem& problem, Simulation& system,
                 const std::vector<MethodStability>& methods) {
   constexpr double kImplicitMeasured = 400;

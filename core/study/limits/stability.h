@@ -1,5 +1,5 @@
-// How large a step each integrator stands on a system, said and measured, and what it costs in
-// energy to go near it.
+// The stable step of each integrator on a system, predicted and measured, and the energy error near
+// it.
 #pragma once
 
 #include <functional>

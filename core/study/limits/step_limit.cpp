@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-// The first place above `from` where the radius leaves 1 + tolerance, to 1e-6.
+// The first step above `from` at which the radius leaves 1 + tolerance, to 1e-6.
 double first_crossing(const std::function<double(double)>& radius, double from, double most,
                       double tolerance, double scan) {
   const auto stable = [&](double h) { return radius(h) <= 1 + tolerance; };
@@ -46,8 +46,8 @@ Matrix2 solved(const Matrix2& a, const Matrix2& b) {
   return x;
 }
 
-// Of x -> a x in the plane of two numbers. Near the double eigenvalue of a very short step,
-// rounding would show as its square root: a pair that close is taken as complex.
+// The spectral radius of x -> a x in two dimensions. Near the double eigenvalue of a very short
+// step, rounding would appear as its square root: such a close pair is taken as complex.
 double spectral_radius(const Matrix2& a, double tolerance) {
   const double half = 0.5 * (a[0][0] + a[1][1]), det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
   const double square = half * half - det;
@@ -79,7 +79,8 @@ double largest_stable_step(const std::function<double(double h)>& radius, double
                            double damping, double tolerance, double scan) {
   constexpr double kLeast = 1e-3, kMost = 1e3;  // in units of 1 / rate
   if (!(rate > 0)) return kUnlimited;
-  // An explicit method without stability of its own lives on damping: Euler has h = damping/rate^2.
+  // An explicit method without stability of its own relies on damping: Euler has h =
+  // damping/rate^2.
   const double help = damping > 0 ? std::clamp(damping / rate, 1e-6, 1.0) : 1.0;
   const double from = kLeast * help / rate, most = kMost / rate;
   const double limit = first_crossing(radius, from, most, tolerance, scan);
@@ -117,7 +118,7 @@ StepShare step_share(const Integrator& integrator, const Vibration& mode, double
   return {1 / stable, now};
 }
 
-// |1 - z + z^2 / 2| <= 1 for z = tau decay <= 2; verlet makes two kicks of h / 2.
+// 1 - z + z^2 / 2| <= 1 for z = tau decay <= 2; verlet makes two kicks of h / 2.
 double kick_limit(const IntegratorInfo& info, double decay) {
   return decay > 0 ? (info.order > 1 ? 4 : 2) / decay : kUnlimited;
 }
@@ -127,12 +128,12 @@ std::optional<double> predicted_step(const Integrator& integrator, const Spectru
   double limit = kUnlimited;
   bool grows = false, moves = false;
   Vibration last{-1, -1};
-  // Splittings take drag exactly, whatever the mode; the others know only X' = f.
+  // Splittings take drag exactly, whatever the mode; the others see only X' = f.
   const bool splits = integrator.info().needs_second_order;
   for (const Vibration& mode : splits ? spectrum.vibrations : spectrum.rates) {
     if (mode.omega == last.omega && mode.damping == last.damping) continue;
     last = mode;
-    // Of a vibration that rounding makes grow a little the damping is 0.
+    // A vibration that grows only by rounding has damping 0.
     const bool itself = mode.damping < -1e-9 * mode.omega;
     (itself ? grows : moves) |= mode.omega > 0;
     if (itself) continue;
@@ -161,7 +162,7 @@ Standstill::Standstill(const Problem& problem, Simulation& system)
             rate[velocity.at(static_cast<std::size_t>(i), static_cast<std::size_t>(axis))];
   }
   problem_.spec = &spec_;
-  // That of the run, or if it takes no loads any integrator.
+  // The integrator of the run or, if it accepts no loads, any other.
   std::vector<MethodChoice> choices{problem_.integrator()};
   for (std::string& name : problem_.registry->names<Integrator>())
     choices.push_back({std::move(name)});
@@ -222,8 +223,8 @@ double MeasuredRadius::operator()(double h) {
   return std::isnan(radius) ? kUnlimited : radius;
 }
 
-// Single steps in the plane of the fastest mode find its limit to many digits; what other modes do
-// shows in a random disturbance. Methods that keep steps are known by that alone.
+// Single steps in the plane of the fastest mode determine its limit to many digits; a random
+// disturbance shows the other modes. For methods of several steps there is that alone.
 std::optional<double> measured_step(Standstill& place, const Spectrum& spectrum,
                                     const MethodChoice& method) {
   constexpr double kFineScan = 1.05, kCoarseScan = 1.3;

@@ -1,4 +1,4 @@
-// Why a system could take no further step, in words.
+// The reason why a system could take no further step, in words.
 #pragma once
 
 #include <cstdint>

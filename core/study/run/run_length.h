@@ -1,4 +1,4 @@
-// How long a run is: so many steps, or until a time.
+// The length of a run: a number of steps, or an end time.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@
 namespace sim::study {
 namespace {
 
-// Where an energy without bounds comes from.
+// The fastest particle, as the source of an energy without bounds.
 int fastest_particle(const Simulation& system) {
   int fastest = 0;
   double most = -1;
@@ -26,7 +26,7 @@ int fastest_particle(const Simulation& system) {
 
 std::int64_t to_next(std::int64_t step, std::int64_t stride) { return stride - step % stride; }
 
-// What happens at once, as fast modes that die, is seen after 1, 2, 4, 8, ... steps.
+// Sudden effects, such as fast modes that die out, are sampled after 1, 2, 4, 8, ... steps.
 bool is_early(std::int64_t taken) { return taken > 0 && (taken & (taken - 1)) == 0; }
 std::int64_t to_early(std::int64_t taken) {
   std::int64_t next = 1;

@@ -1,4 +1,4 @@
-// One system on its way through a run: how far it goes, and what is measured when.
+// The track of one system through a run: its length, and the times of its measurements.
 #pragma once
 
 #include <cmath>

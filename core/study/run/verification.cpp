@@ -12,7 +12,7 @@ namespace {
 constexpr double kRefined = 2;                  // times a run that half the step takes
 constexpr double kChaotic = 4, kObserved = 10;  // likewise, with neighbours
 
-// Stops as it is told, and after so many seconds.
+// Stops on request, and after so many seconds.
 std::function<bool()> stop_after(double seconds, const std::function<bool()>& stop) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(

@@ -1,4 +1,4 @@
-// When runs are verified by a refined run, and for how long: beside them or behind them.
+// Verification of runs by a refined run: when, for how long, and whether beside them or after them.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// How well the constraints were obeyed, and what held them.
+// The constraint violation of a run, and the contact forces of constrained particles.
 #include <algorithm>
 #include <cmath>
 

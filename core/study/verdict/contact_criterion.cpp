@@ -24,7 +24,7 @@ class ContactCriterion final : public Criterion {
 
   void look(const Energy* /*energy*/) override {}
 
-  // Their dissipation is one figure; the last of those that acted says it.
+  // Their dissipation is one figure, which the last of those that acted reports.
   void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
     std::vector<std::size_t> acted;
     for (const auto& correction : system_->corrections()) {
@@ -45,7 +45,7 @@ class ContactCriterion final : public Criterion {
     words += (acted.size() > 1 ? ", together took " : ", took ") + brief(work.lost, 3) + " J";
     if (particles_of(*system_)->contacts().move())
       words += ", colliders did " + brief(work.given, 3) + " J";
-    // Without friction, with a restitution of 1, contact of bodies takes nothing.
+    // Without friction, with a restitution of 1, contact of bodies takes no energy.
     constexpr double kTaken = 1e-3;  // of the energy in play
     const double took = std::fabs(work.lost);
     if (elastic_ && took > kTaken * balance_.in_play())

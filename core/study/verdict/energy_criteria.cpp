@@ -25,8 +25,8 @@ double free_mass(Simulation& system) {
   return mass;
 }
 
-// How far the energy of the present state, in J, differs from those of states that are a rounding
-// away: its terms may be far larger than their sum, as those of an elastic law at rest.
+// The rounding uncertainty of the energy, J: the difference between states that are a rounding
+// error apart. Terms may be far larger than their sum, as those of an elastic law at rest.
 double rounding_of_energy(Simulation& system) {
   constexpr int kStates = 4;
   const ParticleSystem& particles = *particles_of(system);
@@ -92,12 +92,12 @@ Finding EnergyCriterion::finding(const RunDeviation& shadow) const {
   if (balance_.has_work() && system_->integrator_info().adaptive)
     return {Trust::kTrusted, "energy not checked: forces do work between the states"};
   // The energy in play may be below the rounding error of the energies, and the motion below that
-  // of the coordinates. That is fine for a system at rest.
+  // of the coordinates. Both are fine for a system at rest.
   const auto way_of = [&](double energy) {
     return std::sqrt(2 * energy / mass_) * (system_->t() - start_t_);
   };
   const double way = way_of(scale);
-  // What stands on something sinks in by roundings, which no velocity shows.
+  // A system standing on something sinks in by rounding errors, which velocities do not show.
   constexpr double kSunk = 1e-9;
   const bool sunk = scale <= kSunk * largest_ && way_of(kinetic_) <= kAtRest * size_;
   if (way <= kAtRest * size_ || sunk) return {Trust::kTrusted, "hardly anything moves"};
@@ -107,13 +107,13 @@ Finding EnergyCriterion::finding(const RunDeviation& shadow) const {
     return {Trust::kSuspect, "energies of " + brief(largest_, 3) + " J round away the " + whole,
             true};
   }
-  // The sum may be small because its terms cancel; only the kinetic energy then says what moves.
+  // The terms may cancel in the sum; then only the kinetic energy measures the motion.
   if (size > kTolerance * scale && rounding_of_energy(*system_) > kTolerance * scale) {
     if (!(way_of(kinetic_) > kNoWay * size_)) return {Trust::kTrusted, "hardly anything moves"};
     return {Trust::kSuspect, "roundings of the energy are as large as the " + whole, true};
   }
   if (!(size - unknown > kTolerance * scale) && size + unknown > kTolerance * scale) {
-    // A wind may give energy; drag only takes.
+    // Wind may add energy; drag only takes it.
     if (balance_.has_work())
       return {Trust::kTrusted, "energy not checked: what forces did is not known well enough"};
     const std::string rise = "energy rose by at most " + percent(balance_.rise(), scale);
@@ -122,13 +122,14 @@ Finding EnergyCriterion::finding(const RunDeviation& shadow) const {
     return {Trust::kSuspect, rise + " of the " + whole + rest, true};
   }
   if (size <= kTolerance * scale) return {Trust::kTrusted, "energy to " + percent(size, scale, 1)};
-  // States far apart say little of what drag took between them; only then it may be a false alarm.
+  // States far apart do not determine the work of drag between them; only then may it be a false
+  // alarm.
   const bool drag = balance_.has_drag(), contact = acts_between_steps(*system_);
   constexpr double kNegligible = 1e3;
   const IntegratorInfo info = system_->integrator_info();
   const bool hardly = at_rest(info) > kAtRest && way <= kNegligible * at_rest(info) * size_;
   const bool presumed = hardly || (drag && (info.adaptive || balance_.has_work()));
-  // A shorter step that changes as much shows that it is not the step, unless the method damps.
+  // If a shorter step has the same error, the step is not the cause, unless the method damps.
   constexpr double kSame = 0.25;
   const bool of_forces = !drag && !contact && !info.implicit &&
                          !particles_of(*system_)->other_forces().empty() &&
@@ -162,7 +163,7 @@ Vec3 momentum(Simulation& system) {
   return sum;
 }
 
-// |P - P(0) - M g t| over the largest momentum there could be, where nothing holds or brakes.
+// P - P(0) - M g t| over the largest possible momentum, if nothing holds or brakes the particles.
 class MomentumCriterion final : public Criterion {
  public:
   explicit MomentumCriterion(const Watched& run)

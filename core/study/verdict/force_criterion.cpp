@@ -1,4 +1,4 @@
-// Forces that say what energy they have: F = -dU/dx at the start, by differences.
+// Forces with a potential: F = -dU/dx at the start, by differences.
 #include <algorithm>
 #include <cmath>
 
@@ -18,7 +18,7 @@ constexpr double kSmall = 2000;       // particles, where a look costs nothing t
 constexpr double kAffordable = 600;   // evaluations of a run, of which a look is 0.5 %
 constexpr double kRounds = 1e-12;     // of U
 
-// One force near the initial state: what it says, and what its potential says.
+// One force near the initial state: its value, and the slope of its potential.
 class ForceSlope {
  public:
   ForceSlope(const ParticleSystem& system, Force& force, double t, std::span<const double> x)
@@ -30,7 +30,8 @@ class ForceSlope {
   int n() const { return system_.layout().n(); }
   bool free(int i) const { return system_.masses()[static_cast<std::size_t>(i)] < HUGE_VAL; }
 
-  // A little away from the scene's state, in which forces may be zero by symmetry.
+  // Displaces the particles slightly from the scene's state, in which forces may be zero by
+  // symmetry.
   void displace(double length) {
     Noise noise;
     each_free([&](int i, int axis) { at(x_, i, axis) += length * noise.next(); });
@@ -50,7 +51,7 @@ class ForceSlope {
 
   double force(int i, int axis) const { return f_[static_cast<std::size_t>(axis * n() + i)]; }
 
-  // (U(x + h d) - U(x - h d)) / 2h, and what rounding may make of it.
+  // (U(x + h d) - U(x - h d)) / 2h, and its rounding error.
   template <class Direction>
   double slope(double h, Direction d) {
     double ends[2];
@@ -86,8 +87,8 @@ class ForceSlope {
   double noise_ = 0;  // N
 };
 
-// Whether the potential misses the force by the same amount in steps of h, h/10 and h/100, along a
-// direction in which every particle moves: roundings and kinks do not.
+// True if the potential misses the force by the same amount in steps of h, h/10 and h/100, along a
+// direction in which every particle moves: rounding errors and kinks do not.
 bool misses(ForceSlope& slope, double h) {
   double before = 0;
   for (const double step : {h, h / 10, h / 100}) {
@@ -111,7 +112,7 @@ std::string newtons(const Vec3& f) {
   return "(" + brief(f[0], 3) + ", " + brief(f[1], 3) + ", " + brief(f[2], 3) + ") N";
 }
 
-// On the particle, of those with the largest forces, where they differ most.
+// The example is the particle, of those with the largest forces, with the largest difference.
 std::string example_of(ForceSlope& slope, double h) {
   constexpr int kLooked = 4;
   std::vector<int> ids;

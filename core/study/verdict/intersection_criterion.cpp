@@ -1,4 +1,4 @@
-// Whether surfaces passed through each other or themselves.
+// Intersections of surfaces with each other or themselves.
 #include <algorithm>
 
 #include "core/base/text.h"

@@ -1,5 +1,5 @@
-// The kernels of the run itself: what they compute of some states, beside an evaluation that shares
-// nothing with them. Otherwise a judgement would rest on the errors that it is to find.
+// The kernels of the run itself, compared at some states with an independent evaluation. Otherwise
+// a verdict would rest on the errors that it is to find.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -50,7 +50,7 @@ class KernelCriterion final : public Criterion {
   void touched() override { touched_ = true; }
 
   void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
-    // The state may be asked for its verdict more than once.
+    // A verdict may be asked for more than once at one state.
     const std::int64_t step = system_->step_count();
     if (words_.empty() && !touched_ && concluded_ != step) {
       if (later_ && spread_.last() != step) check_forces(now());
@@ -61,7 +61,7 @@ class KernelCriterion final : public Criterion {
   }
 
  private:
-  // Other forces are evaluated twice for a look, springs once.
+  // Other forces are evaluated twice for a check, springs once.
   static int looks_of(const Watched& run) {
     const double one = particles_of(run.system)->other_forces().empty() ? kOneOf : kOneOfOthers;
     return static_cast<int>(std::min<double>(kMostLooks, evaluations_of_run(run) / one));
@@ -89,8 +89,8 @@ class KernelCriterion final : public Criterion {
              brief(plain, 6) + " J";
   }
 
-  // The accelerations of a step against plain springs and affine forces, and the other forces
-  // against themselves, one particle at a time.
+  // Compares the accelerations of a step with plain springs and affine forces, and the other forces
+  // with themselves, one particle at a time.
   void check_forces(const ParticleView& view) {
     if (!plain_->known()) return;
     try {
@@ -141,7 +141,7 @@ class KernelCriterion final : public Criterion {
     }
   }
 
-  // Contact that saw nothing of a particle leaves it where no step would.
+  // Undetected contact leaves a particle where no step would.
   void check_contact(const ParticleView& view) {
     const Contacts& contacts = particles_->contacts();
     if (contacts.empty()) return;

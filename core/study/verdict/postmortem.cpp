@@ -20,13 +20,13 @@ constexpr double kGone = 1;         // strain at which a spring is out of its ra
 constexpr double kMostWork = 5e7;   // particle-steps of all runs that are tried
 constexpr double kMostTries = 2e5;  // of an adaptive run, whose steps are its own
 
-// Ends what it watches after so many seconds, in all.
+// Ends a watched task after so many seconds in all.
 class Limited {
  public:
   Limited(const Watch& watch, double seconds)
       : watch_(watch), begin_(Clock::now()), seconds_(seconds) {}
 
-  // Until that share of the time is used up.
+  // Watches until that share of the time is used up.
   Watch until(double share) const {
     return [this, share](std::string_view what, double done) {
       const std::chrono::duration<double> used = Clock::now() - begin_;
@@ -41,7 +41,7 @@ class Limited {
   double seconds_;
 };
 
-// How large each share of the force on one particle is.
+// The size of each share of the force on one particle.
 std::vector<std::pair<std::string, double>> largest_forces(const Simulation& system, int i) {
   std::vector<std::pair<std::string, double>> forces;
   for (const ForceShare& share : system.forces_on(i))
@@ -51,7 +51,7 @@ std::vector<std::pair<std::string, double>> largest_forces(const Simulation& sys
   return forces;
 }
 
-// The end of a spring that the force moves most.
+// The end of a spring that the force moves more.
 int mobile_end(Simulation& system, const StrainedSpring& spring) {
   const ParticleView view = particles_of(system)->view(system.t(), system.state().data());
   if (view.mass[spring.a] != view.mass[spring.b])
@@ -59,8 +59,8 @@ int mobile_end(Simulation& system, const StrainedSpring& spring) {
   return system.velocity(spring.a).norm() >= system.velocity(spring.b).norm() ? spring.a : spring.b;
 }
 
-// Runs again with an eye on the worst spring. It has gone when its strain passes 100 %, and ten
-// times what it was at the start. Also steps that take long end when they are told to.
+// Repeats the run watching the worst spring. It fails when its strain passes 100 %, and ten times
+// its initial strain. Long steps end on request too.
 void find_first_spring(Simulation& system, std::int64_t steps, const Watch& watch,
                        PostMortem& result) {
   const auto go_on = [&] {
@@ -111,7 +111,7 @@ bool affordable(const Problem& problem, double time, double dt, double& work) {
   return work <= kMostWork;
 }
 
-// From 80 % of the limit downwards by halves.
+// Tries steps from 80 % of the limit downwards, halving.
 void try_smaller(const Problem& problem, double limit, double time, const Watch& watch,
                  PostMortem& result) {
   constexpr int kAttempts = 8;
@@ -135,7 +135,7 @@ void try_smaller(const Problem& problem, double limit, double time, const Watch&
   }
 }
 
-// One by one, for each of a large scene takes its time.
+// Opens the methods one by one, for each takes its time in a large scene.
 std::vector<Candidate> methods_that_fit(const Problem& problem, const Watch& watch) {
   std::vector<Candidate> methods;
   for (const std::string& name : problem.registry->names<Integrator>()) {
@@ -148,7 +148,7 @@ std::vector<Candidate> methods_that_fit(const Problem& problem, const Watch& wat
   return methods;
 }
 
-// Methods that stand this step by their own account, the cheapest first.
+// Tries methods that are stable at this step by their own account, the cheapest first.
 void try_others(const Problem& problem, const Spectrum& modes, double time, const Watch& watch,
                 PostMortem& result) {
   std::vector<Candidate> methods = methods_that_fit(problem, watch);
@@ -165,7 +165,7 @@ void try_others(const Problem& problem, const Spectrum& modes, double time, cons
                    [&](const Candidate& a, const Candidate& b) { return cost(a) < cost(b); });
   double work = 0;
   for (const Candidate& method : methods) {
-    // An adaptive method takes steps of its own, some in each radian of the fastest mode.
+    // An adaptive method chooses its steps, several in each radian of the fastest mode.
     const double omega = modes.fastest.omega;
     const bool own = method.info.adaptive && omega > 0;
     if (!affordable(problem, time, own ? std::min(result.dt, 0.2 / omega) : result.dt, work)) {
@@ -196,7 +196,7 @@ std::optional<Remedy> try_run(const Problem& problem, double dt, double time, co
     told = told || !watch("remedies", 0.3 + 0.7 * part);
     return told;
   };
-  // An adaptive method may creep up to a singularity in ever smaller steps.
+  // An adaptive method may approach a singularity in ever smaller steps.
   double tries = 0;
   system.stop_when([&, most = std::max(1e4, kMostTries / size_of(problem))] {
     return ++tries > most || stop();

@@ -1,4 +1,5 @@
-// Why a run diverged: which spring went first, what pulled at it, and a step that works.
+// The diagnosis of a diverged run: the spring that failed first, the forces on it, and a stable
+// step.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Pulses: what depends on time alone can be so short that no stage of a step sees it.
+// Pulses: a force that depends on time alone can be so short that no stage of a step sees it.
 #include <algorithm>
 #include <numeric>
 
@@ -22,7 +22,7 @@ std::vector<std::size_t> driven_numbers(const Simulation& run) {
 
 }  // namespace
 
-// From one frame to the next in so many steps, whatever the method would choose; nothing where one
+// Goes from one frame to the next in so many steps, whatever the method would choose; empty if one
 // fails.
 std::optional<std::vector<double>> StepDoubling::resolved(std::size_t frame, int steps) const {
   const Frame &from = frames_[frame], &to = frames_[frame + 1];
@@ -50,8 +50,8 @@ std::optional<std::vector<double>> StepDoubling::resolved(std::size_t frame, int
   return std::vector(fine.state().begin(), fine.state().end());
 }
 
-// The right-hand side is asked at many times between two states, at the first of them. Where it is
-// far from all that it is at the states, fine steps tell whether the next state lacks its integral.
+// Samples the right-hand side at many times between two states, at the first of them. If a sample
+// is far from all values at the states, fine steps show whether the next state lacks its integral.
 void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) const {
   if (!may_jump_) return;
   constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
@@ -77,7 +77,7 @@ void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) con
   }
   std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
   const double usual = sizes[sizes.size() / 2];
-  // As many as cost about what the run does.
+  // The number of samples that cost about as much as the run.
   const double afforded =
       run_->second_order() ? std::min(kMostProbes, std::max(kWork / std::max(1, run_->particles()),
                                                             double(evaluations_of(*run_))))
@@ -98,7 +98,7 @@ void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) con
       }
     }
     if (std::isnan(at)) continue;
-    // Of the number that is furthest off, what is above the usual between the two states.
+    // For the number that is furthest off, the excess over its usual values at the two states.
     rate_at(at, from, rate);
     const std::size_t c = *std::ranges::max_element(
         numbers, {}, [&](std::size_t i) { return std::abs(rate[i] - here[i]); });
@@ -109,9 +109,9 @@ void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) con
     }
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / kFine;
     std::ranges::nth_element(values, values.begin() + kFine / 2);
-    // A velocity that is missing is a way by the end.
+    // A missing velocity becomes a displacement by the end.
     const double lasting = run_->second_order() ? frames_.back().at.t - to.at.t + span : 1;
-    // A long one may be the usual there, a short one in force at the first state.
+    // A long pulse may be the usual value there, a short one may act at the first state.
     std::optional<std::vector<double>> fine;
     for (const double usual_here : {here[c], values[kFine / 2]}) {
       const double impulse = span * (mean - usual_here);
@@ -123,7 +123,7 @@ void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) con
         result.missed_at = at;
         return;
       }
-      // No pulse, but what the shadow may have missed as the run did: a vibration that both damp.
+      // Not a pulse, but an error that the refined run may share: a vibration that both damp.
       if (run_->flat()) take_error(std::abs(missing), to, result);
     }
   }

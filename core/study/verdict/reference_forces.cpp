@@ -13,7 +13,7 @@ constexpr int kEnd = 48;                      // of more, so many at each end
 constexpr int kBlocks = 16, kBlockSize = 8;   // and in between
 constexpr double kSquareUnderflows = 1e-140;  // m
 
-// A plain loop over numbers: rooms around the steps are compiled with little optimisation.
+// A plain loop over numbers: rooms outside of the steps are compiled with little optimisation.
 double distance(const ParticleView& view, int a, int b, double d[3]) {
   d[0] = view.x[a] - view.x[b];
   d[1] = view.y[a] - view.y[b];
@@ -149,7 +149,7 @@ std::vector<ReferenceForces::Sum> ReferenceForces::forces(const ParticleView& vi
     Sum& sum = sums[tie.k];
     sum.scale += tie.stiffness * (length + tie.rest);
     if (length > kSquareUnderflows && slack(tie.sense, length, tie.rest)) continue;
-    // Scalar code knows nothing where a square underflows, nor, by itself, where one overflows.
+    // Scalar code is unreliable where a square underflows and, by itself, where one overflows.
     const double s =
         length > kSquareUnderflows ? tie.stiffness * (1 - tie.rest / length) : HUGE_VAL;
     for (int axis = 0; axis < 3; ++axis) sum.force[axis] -= s * d[axis];

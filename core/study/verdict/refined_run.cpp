@@ -41,8 +41,8 @@ bool RefinedRun::run(double steps, const std::function<bool()>& stop) {
   return true;
 }
 
-// The last step of a run may be shorter than the others; its part of the finer run is then cut as
-// many times.
+// The last step of a run may be shorter than the others; its part of the refined run is then
+// divided into as many steps.
 bool RefinedRun::follow(const Moment& to, const std::function<bool()>& stop) {
   if (path_.empty()) look_at_figures();
   const auto steps = static_cast<double>(to.step - now_.step);

@@ -13,7 +13,7 @@
 
 namespace sim::study {
 
-// When a run is looked at.
+// The step and time of a sample of a run.
 struct Moment {
   std::int64_t step = 0;
   double t = 0;  // s

@@ -16,7 +16,7 @@ namespace sim::study {
 
 class RefinedRunThread {
  public:
-  // Whether the positions of a run and of its shadow are so far apart that more need not be seen.
+  // True if the positions of a run and of its refined run are so far apart that no more is needed.
   using Enough = std::function<bool(std::span<const double> run, const Sight& shadow)>;
 
   // No other thread uses the system of the refined run meanwhile. `stop` ends it, from any thread,

@@ -1,4 +1,4 @@
-// How far a run and its shadow parted, and what a verdict says of it.
+// The deviation of a run from its refined run, and the verdict on it.
 #pragma once
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct OtherFigures {
   std::vector<double> neighbours{};
 };
 
-// How far a run and its shadow parted, and its neighbours where that is far.
+// The deviation of a run from its refined run, and from its neighbours if that is large.
 struct RunDeviation {
   enum class Outcome { kNone, kStopped, kShadowFailed, kCompared };
 

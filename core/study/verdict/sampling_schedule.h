@@ -1,4 +1,4 @@
-// When a run is looked at: about 100 times, at uneven intervals.
+// The schedule of the samples of a run: about 100, at uneven intervals.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Islands that fell asleep, and what that took.
+// Islands that fell asleep, and the energy that this took.
 #include "core/base/text.h"
 #include "core/study/verdict/criterion.h"
 

@@ -1,4 +1,4 @@
-// The state itself: against the exact solution, and how far its springs are stretched.
+// The state itself: its error against the exact solution, and the stretch of its springs.
 #include <algorithm>
 #include <cmath>
 

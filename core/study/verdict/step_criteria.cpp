@@ -70,7 +70,7 @@ class LimitCriterion final : public Criterion {
 };
 
 // A light particle with drag may decay faster than anything vibrates: at most as fast as velocities
-// by themselves, and where that is too fast for the step, by the eigenvalues.
+// by themselves and, if that is too fast for the step, by the eigenvalues.
 StepShare LimitCriterion::share_of_decay(double affordable) const {
   if (system_->constraint_system()) return {};  // what holds is not in these
   const Integrator& integrator = system_->integrator();
@@ -97,7 +97,7 @@ StepShare LimitCriterion::share_of_decay(double affordable) const {
   return worst;
 }
 
-// The limit at the present state, from the bound on omega where that is good enough, or else from a
+// The limit at the present state, from the bound on omega if that is good enough, or else from a
 // few products with the Jacobian.
 void LimitCriterion::measure() {
   last_ = system_->step_count();
@@ -128,8 +128,8 @@ void LimitCriterion::measure() {
   if (!(growth <= growth_)) growth_ = growth;
 }
 
-// One step of h against two of h/2 now and then: they differ by 1 - 2^-p of the error of the long
-// one.
+// Compares one step of h with two of h/2 occasionally: they differ by 1 - 2^-p of the error of the
+// long one.
 class SingleStepCriterion final : public Criterion {
  public:
   SingleStepCriterion(const Watched& run, int times)
@@ -189,7 +189,8 @@ std::unique_ptr<Criterion> watch_single_steps(const Watched& run) {
     if (correction->stands_for_forces()) return nullptr;
   int times = static_cast<int>(
       std::clamp(static_cast<double>(run.steps) / kStepsPerProbe, 0.0, double(kMostProbes)));
-  // Where no step is unstable, or it is not known which are, only doubling shows one too long.
+  // If no step is unstable, or the limit is not known, only step doubling shows a step that is too
+  // long.
   if (system.integrator_info().implicit || std::isnan(system.integrator().amplification(0.1, 0)))
     times = std::max(times, 3);
   if (times == 0) return nullptr;

@@ -20,7 +20,7 @@ constexpr double kLittle = 0.01;           // of the largest number of a run
 constexpr int kFinestStates = 200;         // that an adaptive shadow shows, at least
 constexpr double kInDoubt = 0.2;           // of the size: a run so far off is wrong
 
-// Largest distance of a particle, or difference of a number of a flat state.
+// The largest distance of a particle, or difference of a number of a flat state.
 double largest_distance(std::span<const double> a, std::span<const double> b, bool flat) {
   double most = 0;
   const std::size_t width = flat ? 1 : 3;
@@ -53,8 +53,8 @@ double extent(std::span<const double> points) {
   return size;
 }
 
-// Whether corrections at the ends of steps have changed the motion so far: with order 1, one did
-// that acts there alone.
+// Corrections at the ends of steps that have changed the motion so far; with_order_one: one of them
+// acts there alone.
 struct Acted {
   bool any = false, with_order_one = false;
 };
@@ -72,8 +72,8 @@ Acted contact_of(Simulation& system) {
   return acted;
 }
 
-// Whether points are so far from those of the shadow that the run is in doubt whatever comes; of a
-// single point it is not known yet how far it will come.
+// True if points are so far from those of the refined run that the run is in doubt whatever
+// follows. The final travel of a single point is not known yet.
 bool far_apart(std::span<const double> start, std::span<const double> run, const Sight& shadow) {
   const double size = std::max(extent(start), extent(run));
   return size > 0 && largest_distance(run, shadow.x, false) > kInDoubt * size;
@@ -114,8 +114,8 @@ void StepDoubling::look(const Energy* energy, std::span<const double> observed) 
   if (beside_) beside_->look(frames_.back().at, frames_.back().seen.x);
 }
 
-// Two for each step that the method takes; more where there are so few that two are no finer look
-// at what happens. A method that chooses its steps inside ours tells by its evaluations.
+// Two samples for each step of the method, more if steps are so few that two show no more. A method
+// with steps inside ours is judged by its evaluations.
 double StepDoubling::steps_per_step(double steps) const {
   constexpr double kFewest = 64, kMost = 32;
   if (run_->integrator_info().adaptive)
@@ -133,8 +133,8 @@ double StepDoubling::steps_inside() const {
   return std::max(1.0, std::round(evaluations / (info.evaluations * taken)));
 }
 
-// Springs are looked at in every step of an adaptive run, or else as often as shows one that turns
-// round.
+// Springs are sampled in every step of an adaptive run, or else often enough to catch one that
+// turns inside out.
 RefinedRun::Plan StepDoubling::plan(double steps) const {
   constexpr double kLooksAtSprings = 2000;
   RefinedRun::Plan plan{.steps_per_step = steps_per_step(steps),
@@ -172,7 +172,7 @@ bool StepDoubling::follow_beside(const std::function<bool()>& stop, bool early) 
   return true;
 }
 
-// The one that is on its way, if its plan was that of the whole run.
+// The refined run already begun, if its plan was that of the whole run.
 RefinedRun StepDoubling::take_shadow(const RefinedRun::Plan& plan) {
   if (beside_) {
     std::optional<RefinedRun> begun = std::exchange(beside_, nullptr)->take();
@@ -181,8 +181,8 @@ RefinedRun StepDoubling::take_shadow(const RefinedRun::Plan& plan) {
   return make_refined_run(plan);
 }
 
-// The extent of the scene, then or at the start; of a single point how far it comes in the run; of
-// numbers the largest, or where that is near 0 what it usually is or a share of what it becomes.
+// The extent of the scene, then or at the start; of a single point its travel in the run; of
+// numbers the largest or, if that is near 0, its usual size or a share of its later size.
 double StepDoubling::size_at(const Frame& frame) const {
   const Frame& first = frames_.front();
   double size = 0;
@@ -231,7 +231,7 @@ void StepDoubling::compare_frame(const Frame& frame, double factor, const Sight&
   if (!(energy <= result.energy)) result.energy = energy;
 }
 
-// A tie that breaks a step later breaks all the same: what counts is the end, and since when.
+// A tie that breaks a step later still breaks: what counts is the final state, and since when.
 void StepDoubling::compare_broken(const RefinedRun& shadow, RunDeviation& result) const {
   for (std::size_t k = shadow.path().size(); k > 0; --k) {
     if (frames_[k].seen.broken == shadow.path()[k - 1].broken) return;
@@ -309,7 +309,7 @@ RunDeviation StepDoubling::compare(const std::function<bool()>& stop, Comparison
   for (const double figure : shadow.figures()) result.figures.push_back({figure});
   result.strain = shadow.strain();
   result.pinch = shadow.pinch();
-  // A spring that is pressed to a point may leave it on either side.
+  // A spring that is compressed to a point may leave it on either side.
   if (result.share > RunDeviation::kWrong || shadow.shortest() < Pinch::kNear)
     look_for_chaos(shadow, stop, result);
   const double known = std::max(result.error, RunDeviation::kNeighbour * size_at(frames_.front()));
@@ -319,8 +319,8 @@ RunDeviation StepDoubling::compare(const std::function<bool()>& stop, Comparison
   return result;
 }
 
-// A run with twice the step, or ten times the tolerance: how far this one is from it, and from the
-// shadow at the same states. Nothing where that cannot be, as where the coarser run is unstable.
+// A run with twice the step, or ten times the tolerance: its distance from this run and from the
+// refined run at the same states. Empty if that fails, as for an unstable coarser run.
 std::optional<StepDoubling::Differences> StepDoubling::coarser(
     const RefinedRun& shadow, const std::function<bool()>& stop) const {
   const bool adaptive = run_->integrator_info().adaptive;
@@ -348,12 +348,12 @@ std::optional<StepDoubling::Differences> StepDoubling::coarser(
   return found.finer > 0 && near ? std::optional(found) : std::nullopt;
 }
 
-// err = C h^p, or C tol^p: a run with c h differs from this one by err (c^p - 1), and the shadow
-// with h / k by err (1 - k^-p) (Richardson 1911). p is what both say, at most the order of the
-// method: where friction or a kink decide, it is lower. A p near 0, for differences that do not
-// shrink with the step, leaves a factor of kMostFactor. In contact C changes from step to step:
-// either difference may be small by chance, so that the larger error counts, twice; and where the
-// second is much smaller, half the step of the shadow is tried as well.
+// err = C h^p, or C tol^p: a run with c h differs from this one by err (c^p - 1), and the refined
+// run with h / k by err (1 - k^-p) (Richardson 1911). p follows from both, at most the order of the
+// method: friction or a kink lower it. A p near 0, for differences that do not shrink with the
+// step, leaves a factor of kMostFactor. In contact C changes from step to step: either difference
+// may be small by chance, so that the larger error counts, twice; and if the second is much
+// smaller, half the step of the refined run is tried as well.
 double StepDoubling::error_factor(const RefinedRun& shadow,
                                   const std::function<bool()>& stop) const {
   constexpr double kMostFactor = 4, kByChance = 2, kNearly = 0.75, kUnlikely = 3;
@@ -370,7 +370,7 @@ double StepDoubling::error_factor(const RefinedRun& shadow,
   if (!seen) return contact.any ? kMostFactor : factor(order);
   const double far = seen->coarser / seen->finer;
   double low = -elementary::log(1 - 1 / kMostFactor) / elementary::log(finer), high = order;
-  // A run that is nearly of its order takes steps a little too long for the theory.
+  // A run that is nearly of its order has steps slightly too long for the theory.
   if (far > ratio(kNearly * order)) low = high;
   constexpr int kBisections = 30;
   for (int i = 0; i < kBisections && low < high; ++i) {  // the ratio grows with p
@@ -412,8 +412,8 @@ RefinedRun StepDoubling::neighbour(int which) const {
   return run;
 }
 
-// A neighbour takes the steps of the shadow: how far they part over how far apart they began is the
-// growth of a disturbance (Lyapunov 1892).
+// A neighbour takes the steps of the refined run: their final distance over their initial one is
+// the growth of a disturbance (Lyapunov 1892).
 void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
                                   RunDeviation& result) const {
   const double size = usual_size();
@@ -428,14 +428,15 @@ void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<
   for (std::size_t k = 0; k < other.path().size(); ++k) {
     const double growth =
         largest_distance(shadow.path()[k].x, other.path()[k].x, run_->flat()) / apart;
-    // The rate is that of growth, until the distance is as large as the scene lets it be.
+    // The rate is that of exponential growth, until the distance is limited by the size of the
+    // scene.
     if (most * apart < 0.01 * size)
       result.rate = elementary::exp(std::min(
           kMostRate, elementary::log(growth) / (frames_[k + 1].at.t - frames_.front().at.t)));
     most = std::max(most, growth);
     growths.push_back(growth);
   }
-  // A jump that comes a little later parts neighbours while it lasts; chaos does not end.
+  // A jump that comes slightly later separates neighbours while it lasts; chaos persists.
   constexpr std::size_t kStays = 3;
   const std::size_t stays = std::min(kStays, growths.size());
   result.growth = std::isnan(result.growth) ? 0 : result.growth;
@@ -447,7 +448,7 @@ void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<
     if (RunDeviation::kNeighbour * growth > RunDeviation::kWrong && result.horizon == HUGE_VAL)
       result.horizon = frames_[k + 1].at.t;
   }
-  // A growth that was seen over three decades goes on to the end of the run.
+  // A growth over three decades is extrapolated to the end of the run.
   constexpr double kExponential = 1e3;
   const Moment& begin = frames_.front().at;
   if (result.outcome == RunDeviation::Outcome::kCompared && result.until < HUGE_VAL &&
@@ -456,7 +457,7 @@ void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<
         elementary::pow(result.growth, (frames_.back().at.t - begin.t) / (result.until - begin.t));
 }
 
-// Two chaotic runs may observe the same by chance.
+// Two chaotic runs may have the same observables by chance.
 void StepDoubling::ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const {
   if (result.observed.empty()) return;
   const std::vector<double>& own = frames_.back().observed;

@@ -9,7 +9,7 @@ namespace sim::study {
 
 namespace {
 
-// Keeps the worst of what it is shown.
+// Keeps the worst spring of all that it sees.
 class Worst {
  public:
   explicit Worst(const ParticleView& view) : view_(view) {}
@@ -29,7 +29,8 @@ class Worst {
     if (worst_.a < 0 || !(std::abs(strain) <= std::abs(worst_.strain))) worst_ = {a, b, strain};
   }
 
-  // Of springs of one rest length the shortest and the longest are enough: no root for the others.
+  // For springs of one rest length the shortest and the longest suffice, without a root for the
+  // others.
   void look(const SpringRun& run) {
     int shortest = -1, longest = -1;
     double least = HUGE_VAL, most = -1;
@@ -98,8 +99,8 @@ StrainedSpring worst_spring(Simulation& system) {
 }
 
 // Near the point the force is k rest outwards, whatever the length. With the reduced mass m a
-// motion passes over it when H = m v^2 / 2 + k ((r - rest)^2 - rest^2) / 2 > 0, and with an angular
-// momentum l it comes as near as (l^2 / (2 m k rest))^(1/3) where H = 0.
+// motion passes over it if H = m v^2 / 2 + k ((r - rest)^2 - rest^2) / 2 > 0, and with an angular
+// momentum l it approaches to (l^2 / (2 m k rest))^(1/3) if H = 0.
 Pinch nearest_pinch(Simulation& system, double ahead) {
   Pinch nearest;
   const ParticleSystem* particles = particles_of(system);

@@ -16,9 +16,9 @@ struct StrainedSpring {
 // In the present state; not a number of a length that is not finite counts as the worst.
 StrainedSpring worst_spring(Simulation& system);
 
-// How near a spring comes to a point, where its force turns round at once: to come there without
-// speed is to come out on either side. Seen from the present state and, on straight lines, `ahead`
-// s.
+// The approach of a spring to length zero, where its force reverses at once: a spring that gets
+// there without speed leaves on either side. Predicted from the present state and, on straight
+// lines, `ahead` s.
 struct Pinch {
   static constexpr double kNear = 0.1;  // of the rest length; what stays longer is not looked at
 

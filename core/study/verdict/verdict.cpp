@@ -73,7 +73,7 @@ Monitor::~Monitor() = default;
 Monitor::Monitor(Monitor&&) noexcept = default;
 Monitor& Monitor::operator=(Monitor&&) noexcept = default;
 
-// Momentum holds no longer where a hand pulled.
+// Momentum is not conserved once the user has dragged a particle.
 void Monitor::touched(double energy) {
   for (const auto& criterion : criteria_) criterion->touched();
   looked_ = -1;
@@ -98,7 +98,7 @@ void Monitor::look(const Energy* energy) {
     sound_ = start_size_ == 0 || largest(*system_) <= kExplosion * start_size_;
 }
 
-// Energy that was given by forces that do work is no explosion.
+// Energy supplied by forces that do work is no explosion.
 bool Monitor::exploded() const {
   const bool given =
       balance_ && balance_->has_work() && !(balance_->error() > kMostlyWrong * balance_->in_play());
@@ -132,12 +132,12 @@ Verdict Monitor::verdict(const RunDeviation& deviation) {
     return verdict;
   }
 
-  // What was seen to be right outweighs what was only presumed to be wrong.
+  // A confirmed finding outweighs a presumed error.
   std::erase_if(findings, [&](const Finding& finding) {
     return finding.words.empty() || (finding.presumed && right);
   });
   for (const Finding& finding : findings) verdict.trust = std::max(verdict.trust, finding.trust);
-  // Where positions are right for a while only, the reader wants to know what is right after that.
+  // If positions are right for a while only, the reader wants to know what is right after that.
   verdict.reason = joined(findings, verdict.trust, verdict.trust == Trust::kSuspect ? "; " : ", ");
   if (verdict.trust == Trust::kChaotic)
     if (const std::string well = joined(findings, Trust::kTrusted, ", "); !well.empty())
