@@ -50,7 +50,7 @@ PetscErrorCode Stepper::set_up() {
   PetscCall(SNESSetFunction(snes_, g_, residual, this));
   PetscCall(SNESSetObjective(snes_, objective, this));
   PetscCall(SNESSetJacobian(snes_, matrix_, positive_, jacobian, this));
-  // What PETSC_OPTIONS says has the last word.
+  // PETSC_OPTIONS override these defaults.
   for (const auto& [name, value] : {std::pair{"-ksp_type", "cg"},
                                     {"-pc_type", "bjacobi"},
                                     {"-sub_pc_type", "icc"},
@@ -83,7 +83,7 @@ double length_of(const double* d) {
 
 }  // namespace
 
-// Of springs, at an own particle: their force, N, and half of their energy, J.
+// The spring force at an own particle, N; returns half of the energy of its springs, J.
 double Stepper::force_at(const double* positions, PetscInt i, double* force) const {
   const auto at = static_cast<std::size_t>(i);
   double energy = 0;

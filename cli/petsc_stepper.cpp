@@ -116,7 +116,7 @@ PetscErrorCode Stepper::take_implicit(double tolerance, bool& good) {
       PetscCall(VecCopy(w_, v_));
     PetscFunctionReturn(0);
   }
-  // As in plugins/integrators/implicit.cpp.
+  // The TR-BDF2 of plugins/integrators/implicit.cpp.
   const double root = std::sqrt(2.0), tau = (2 - root) / 2 * h, outer = root / 4 * h;
   Vec a1 = k_[0], v2 = k_[1], a2 = k_[2];
   PetscCall(accelerate(q_, v_, a1));

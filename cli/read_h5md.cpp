@@ -30,7 +30,7 @@ std::string harmless(const std::string& text) {
   return out;
 }
 
-// As a name in a scene.
+// A name that scenes accept.
 std::string plain(const std::string& text) {
   constexpr std::size_t kLongest = 60;
   std::string out = text.substr(0, kLongest);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kColumn = 26, kDocWidth = 80 - kColumn;
 
-// What stands for its value in the help.
+// The placeholder of its value in the help.
 std::string value_word(const Param& param) {
   if (!param.choices.empty()) return join(param.choices, "|");
   if (param.type == ParamType::kInteger) return "N";

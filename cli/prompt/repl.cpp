@@ -96,7 +96,7 @@ int interact(Session& session, const ReplCommandLine& asked, Console& console) {
   return session.exit_code.value_or(0);
 }
 
-// What a session writes down as long as it lives.
+// The record that a session writes as long as it lives.
 class SessionRecord {
  public:
   SessionRecord(Session& session, const SceneRequest& scene, const std::string& file,

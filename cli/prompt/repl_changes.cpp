@@ -1,4 +1,4 @@
-// What is different between two readings of a scene.
+// Differences between two readings of a scene.
 #include <algorithm>
 
 #include "cli/prompt/repl_scene.h"

@@ -95,7 +95,7 @@ std::string help_on(Session& session, const std::string& asked) {
 
 namespace {
 
-// What the first argument of a command can be.
+// The possible first arguments of a command.
 Completions arguments_of(Session& session, const std::string& command) {
   LiveScene& live = session.live();
   if (command == "integrator" || command == "order" || command == "stability")

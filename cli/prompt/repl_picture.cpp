@@ -41,7 +41,7 @@ Answer show(Call& call) {
   }
   task.world = scene.spec.world;
   task.look = look_of(scene.spec, {});
-  // What needs a whole run has no colour here.
+  // A colour that needs a whole run is not available here.
   if (quantity(task.models[0], moment[0], task.look.colour).empty()) task.look.colour = "none";
   if (call.count() == 0) {
     if (const std::string why = no_pictures(); !why.empty())

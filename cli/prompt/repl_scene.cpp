@@ -184,8 +184,8 @@ const std::optional<Judged>& LiveScene::judged() {
   return judged_;
 }
 
-// As one run: it is repeated, from where the history begins at least. Interrupted or not, it ends
-// where it was.
+// Judges the steps as one run, which is repeated, from where the history begins at least.
+// Interrupted or not, it ends where it was.
 void LiveScene::judge_steps() {
   if (running_) return;
   const std::optional<Stepped> stepped = std::exchange(stepped_, {});
@@ -265,7 +265,7 @@ void LiveScene::reset() {
   share_budget();
 }
 
-// What is known is restored and run again; what is not is run.
+// Known steps are restored and repeated; new ones are run.
 void LiveScene::travel(const std::vector<std::int64_t>& steps) {
   for (std::size_t i = 0; i < steps.size(); ++i) {
     Simulation& each = origin_->scene.systems[i];

@@ -47,7 +47,7 @@ bool is_question(const std::string& line) {
          });
 }
 
-// What a session that begins so can be replayed from.
+// The opening lines from which such a session can be replayed.
 std::string opening_of(const SceneRequest& request, const LiveScene& live) {
   std::string text =
       "-- a session of simrepl, to be run again by simrepl -f FILE\n.open " + request.scene + "\n";
@@ -59,7 +59,7 @@ std::string opening_of(const SceneRequest& request, const LiveScene& live) {
   return text;
 }
 
-// What says nothing of how the state came about.
+// False for commands that have no effect on the state.
 bool worth_keeping(const std::string& text) {
   if (text.ends_with('?')) return false;
   for (const char* command : {".save", ".help", ".quit", ".view"})
@@ -302,7 +302,7 @@ void Session::read(const std::string& name) {
   unfinished_ = outer_chunk;
 }
 
-// Where the scene is in time and how it goes on, in a line a system.
+// The time of the scene and its next steps, in a line a system.
 std::string Session::position() {
   if (!interactive_) return "";
   std::string text;

@@ -178,7 +178,7 @@ Answer mode(Call& call) {
   call.wrong("expected text, json or csv, got " + lua_text(name));
 }
 
-// Of a dot command the time goes to the words, for what CODE prints is the data.
+// The duration of a dot command is reported in words, for the output of CODE is the data.
 Answer time(Call& call) {
   call.take(1, 1);
   Session& session = call.session;

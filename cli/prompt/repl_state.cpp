@@ -11,7 +11,7 @@
 namespace sim::cli::actions {
 namespace {
 
-// What `print` puts into a stream.
+// The text that `print` writes to a stream.
 template <class Print>
 std::string captured(Print print) {
   std::ostringstream stream;

@@ -1,4 +1,4 @@
-// What a session knows of its accuracy: the verdict, the limit of the step, and the studies.
+// The accuracy of a session: the verdict, the limit of the step, and the studies.
 #include <cmath>
 
 #include "cli/command_line/option_values.h"

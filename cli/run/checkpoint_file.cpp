@@ -25,7 +25,7 @@ Provenance provenance(const SceneRequest& request, const LoadedScene& scene) {
   return provenance_of(scene.spec, *scene.registry, request.seed, version_line());
 }
 
-// Why the steps before a checkpoint may be others than the scene would make now.
+// The reason why the steps before a checkpoint may differ from those the scene would make now.
 std::string doubt_of(const Checkpoint& saved, const Provenance& now, const std::string& file) {
   if (!saved.provenance) return file + " does not say what it was made of (version 3)";
   const std::vector<std::string> changed = changes(*saved.provenance, now);

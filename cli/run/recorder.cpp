@@ -183,7 +183,7 @@ void Recorder::look(std::size_t system, Track& track, bool last) {
   }
 }
 
-// What is shown besides the state, by colours.
+// Records quantities besides the state that colours show.
 void Recorder::measure(std::size_t system, const Simulation& simulation, Frame& frame) {
   if (!companions_.empty()) frame.values = companions_[system].errors(simulation);
   if (!modes_.empty()) frame.values = modes_[system];

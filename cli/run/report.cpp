@@ -47,7 +47,7 @@ std::string integrator_line(const Simulation& system) {
   return text;
 }
 
-// What the run cost where the number of steps does not tell.
+// The effort of the run, where the number of steps does not tell it.
 std::string effort_line(const Simulation& system) {
   const IntegratorInfo info = system.integrator_info();
   const Effort effort = system.integrator().effort();

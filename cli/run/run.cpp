@@ -31,7 +31,7 @@ namespace {
 constexpr std::int64_t kRows = 10;      // for people, of one system
 constexpr std::int64_t kWorldRows = 4;  // of each system of a world
 
-// What --of asks of a system; of a quantity at all times the report tells anyway.
+// The figures that --of asks of a system; quantities over time are in the report anyway.
 std::vector<study::Quantity> figures_of(const SystemSpec& spec,
                                         const std::vector<std::string>& asked) {
   std::vector<study::Quantity> figures;

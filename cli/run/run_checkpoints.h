@@ -32,7 +32,8 @@ class RunCheckpoints {
   // state to the file. Throws Error{kIo}.
   void keep_diverged(std::span<const Track> tracks);
   void commit(std::span<const Track> tracks);
-  // Where a verification has shown since that the run did not diverge, its last state is its own.
+  // Keeps the last state under its own name, once a verification has shown that the run did not
+  // diverge.
   void settle(bool diverged);
 
  private:

@@ -76,7 +76,7 @@ RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Re
 }
 
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry) {
-  // What is wrong on the command line is said before any file is looked at.
+  // Errors of the command line are reported before any file is read.
   if (!request.integrator.name.empty())
     typed(request.integrator, request.integrator.name, registry);
   constexpr double kSafeMemory = 4e9;  // bytes

@@ -33,7 +33,7 @@ constexpr std::string_view kNoMemory =
     "sim: error: out of memory: the system has no more for this; make the scene smaller, or write "
     "fewer frames\n";
 
-// What the handlers of the C++ library need, which take no argument.
+// The state of the C++ library's handlers, which take no argument.
 std::atomic<bool> memory_is_gone;
 std::atomic<char*> reserve;  // for the words and the files of the end
 std::terminate_handler otherwise;
@@ -44,8 +44,8 @@ std::terminate_handler otherwise;
   throw std::bad_alloc();
 }
 
-// Where no exception may pass, as in functions of libraries that do not throw: files of the run
-// that are not whole have no names yet.
+// Ends the process where no exception may pass, as in functions of libraries that do not throw:
+// incomplete files of the run have no names yet.
 [[noreturn]] void end_without_memory() {
   if (!memory_is_gone) otherwise();
   if (::write(STDERR_FILENO, kNoMemory.data(), kNoMemory.size()) < 0) {}
@@ -110,7 +110,7 @@ void print_error(std::ostream& err, std::string_view message) {
   err << "sim: error: " << visible_line(message) << '\n' << std::flush;
 }
 
-// What other threads do meanwhile cannot be waited for: neither destructors nor buffers.
+// Ends without destructors or buffers, for other threads cannot be waited for.
 void end_overrun(const ErrorText& why) {
   std::ostringstream line;
   print_error(line, Error(ErrorKind::kScene, why).what());

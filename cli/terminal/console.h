@@ -1,4 +1,4 @@
-// Where the verbs write: data to `out`, words to `err`.
+// The output streams of the verbs: data to `out`, words to `err`.
 #pragma once
 
 #include <ostream>

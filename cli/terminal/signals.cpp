@@ -59,7 +59,7 @@ extern "C" void remember_or_end(int signal) {
   errno = kept_error;
 }
 
-// Who started us without a terminal to lose (nohup) does not want SIGHUP to be heard.
+// A program started without a terminal to lose (nohup) ignores SIGHUP.
 void listen_to(int signal, const struct sigaction& action, struct sigaction* before) {
   struct sigaction now {};
   sigaction(signal, nullptr, &now);

@@ -30,8 +30,8 @@ void check_particle(const LoadedScene& scene, const ParticleChoice& choice);
 void print_adjacency(const LoadedScene& scene, const ParticleChoice& choice, bool json,
                      std::ostream& out);
 
-// How each spring of the particle is in the present state: length, strain, force in N, positive
-// when stretched, and the largest step that is stable for this spring and its two ends alone.
+// The present state of each spring of the particle: length, strain, force in N, positive when
+// stretched, and the largest step that is stable for this spring and its two ends alone.
 void print_spring_states(LoadedScene& scene, const ParticleChoice& choice, std::ostream& out);
 
 int adjacency(const AdjacencyRequest& request, const Environment& environment, Registry& registry,

@@ -69,7 +69,7 @@ std::string param_table(const PluginInfo& info) {
   return text;
 }
 
-// How a scene joins particles by the force, and what each tie may say for itself.
+// The elements of the force in a scene, and the values that each tie may give.
 std::string elements_text(const PluginInfo& info) {
   std::string ids, own;
   for (int i = 0; i < info.elements.arity; ++i)

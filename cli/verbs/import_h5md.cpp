@@ -71,7 +71,7 @@ int import_h5md(const ImportRequest& request, Console& console) {
     throw Error(ErrorKind::kUsage, {"bad H5MD file", request.mesh, why,
                                     "sim import reads H5MD 1, as --out run.h5 writes it"});
   std::string text = between.read();
-  // What it could not say in a scene stands first in it.
+  // The text begins with notes on data that a scene cannot express.
   for (std::size_t at = 0; text.compare(at, 3, "-- ") == 0;) {
     const std::size_t end = std::min(text.find('\n', at), text.size() - 1);
     console.err << "sim: " << text.substr(at + 3, end - at - 3) << '\n';

@@ -23,7 +23,7 @@ constexpr std::size_t kMostCorners = 1000;  // of a polygon
               {"bad mesh", where, why, "sim import reads .obj and .ply (text, or little-endian)"});
 }
 
-// What a file says, before points are dropped.
+// The contents of a file, before points are dropped.
 struct Reading {
   std::vector<Vec3> points;
   std::vector<std::array<int, 3>> triangles;

@@ -40,7 +40,7 @@ class NewFolder {
   bool complete_ = false;
 };
 
-// Whether it names a folder and what is in it: lower case letters, digits and _.
+// True for a legal name of a folder and its contents: lower case letters, digits and _.
 bool legal_folder_name(const std::string& name);
 
 }  // namespace sim::cli

@@ -40,7 +40,7 @@ std::string compiler_flags() {
          files.libraries.string() + " -Wl,--as-needed -lsimlab -lsimkernel";
 }
 
-// How a library is built from one file without CMake.
+// The command that builds a library from one file without CMake.
 std::string compiler_line(const std::string& name) {
   return "g++ " + name + ".cpp -o " + name + ".so $(sim plugin flags)";
 }

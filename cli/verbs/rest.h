@@ -1,4 +1,4 @@
-// Where a scene comes to rest: `sim rest SCENE` and --from-rest.
+// The rest state of a scene: `sim rest SCENE` and --from-rest.
 #pragma once
 
 #include <optional>

@@ -46,7 +46,7 @@ SceneVariant variant_of(const SceneRequest& request) {
   return {request.settings, request.off, request.without, request.integrator, request.dt};
 }
 
-// What the command line says of its parameters, as they are declared.
+// The parameters of the study from the command line, as they are declared.
 Params params_of(const StudyRequest& request, const Plugin<Study>& plugin) {
   ValueMap given;
   for (const auto& [name, value] : request.given) {

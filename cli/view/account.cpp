@@ -60,7 +60,7 @@ void EnergyAccount::stepped() {
   look();
   if (!touched) return;
   touches_ = player_->timeline(index_).touches();
-  // What comes later will be other.
+  // Later samples are no longer valid.
   while (!samples_.empty() && samples_.back().step > step_) samples_.pop_back();
   if (!system.second_order()) return;
   const double start = player_->timeline(index_).start_energy(system);

@@ -15,7 +15,7 @@ class BrowserLaunch {
   BrowserLaunch(const BrowserLaunch&) = delete;
   BrowserLaunch& operator=(const BrowserLaunch&) = delete;
 
-  // Where there is a screen. Throws Error{kIo} if the file cannot be written.
+  // Opens a browser if there is a screen. Throws Error{kIo} if the file cannot be written.
   void open(const std::string& address);
   void remove_when_old();
 

@@ -86,7 +86,7 @@ Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, 
   if (player_.step() > 0) preview_.push_back(moment());
 }
 
-// So few that a second run beside it is soon made.
+// True if the scene is so small that a second run beside it is cheap.
 bool Live::few() const {
   int particles = 0;
   for (const Model& model : models_) particles += model.particles;
@@ -148,7 +148,7 @@ void Live::run(double seconds) {
   if (wall_ > kMeasured) {
     us_ = taken_ > 0 ? 1e6 * spent_ / static_cast<double>(taken_) : us_;
     real_ = simulated_ / wall_;
-    // What is not asked for stops for good, until a reset, where it takes too much.
+    // Measurements nobody asked for stop until a reset if they cost too much.
     if (step_cost_ * speed_ > kSpare * player_.system().h()) measured_.afford(false);
     was_slow_ = slow;
     spent_ = wall_ = simulated_ = 0;
@@ -246,7 +246,7 @@ void Live::perform(std::size_t system, const Action& action) {
   measured_.touched(system, action);
 }
 
-// What is held goes to where the pointer is, along a line until the next look at the pointer.
+// Moves held particles to the pointer, on a line until the next position of the pointer.
 void Live::move_hands() {
   for (Hand& hand : hands_) {
     if (!hand.pulled) continue;
@@ -306,7 +306,7 @@ Moment Live::moment() {
   return moment;
 }
 
-// As that of a run which ends here, but for what only a run that has ended can be asked: whether
+// The verdict of a run that ends here, without checks that only a complete run allows: whether
 // positions that differ with half the step do so by the step or by chaos.
 std::string Live::verdict(std::size_t i) {
   if (!failure_.empty() && failed_ == i) return failure_;

@@ -41,7 +41,7 @@ class Live {
   bool fresh() const { return fresh_; }  // something changed since the last one
   Player& player() { return player_; }
 
-  // That a parameter of the scene be another one: for who can load it again.
+  // A request to change a parameter of the scene, for the owner that can load it again.
   struct Wish {
     std::uint64_t from = 0;
     std::string name, value;
@@ -106,7 +106,7 @@ class Live {
   double spent_ = 0, wall_ = 0, simulated_ = 0;  // s, since the last measurement
   std::int64_t taken_ = 0;
   double us_ = 0, real_ = 0;
-  // Why the run stopped, until it goes on or another one begins.
+  // The reason why the run stopped, until it goes on or another one begins.
   std::string failure_;
   std::size_t failed_ = 0;  // the system that did
 };

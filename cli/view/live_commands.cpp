@@ -84,7 +84,7 @@ void Live::pull(std::size_t system, std::string arguments) {
   refuse_word("nothing to pull", "particle " + std::to_string(particle) + " is not held");
 }
 
-// What changes no state but where in time it is looked at; false for another word.
+// Commands that change no state but the time that is shown; false for another word.
 bool Live::control(const std::string& word, const std::string& argument, std::uint64_t from) {
   constexpr double kMostBack = 1e6, kFastest = 100;
   if (word == "play") {

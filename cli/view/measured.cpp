@@ -60,7 +60,7 @@ void Measured::follow(std::size_t i) {
   if (one.companion) one.companion->follow(scene_.systems[i]);
 }
 
-// What ended since the last look rests until now, so that it can be followed now.
+// The companion first follows the run up to now, so that it can follow this change as well.
 void Measured::before_touch(std::size_t i) {
   if (i >= ones_.size() || !ones_[i].companion) return;
   if (ones_[i].behind) follow(i);

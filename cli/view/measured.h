@@ -30,7 +30,7 @@ class Measured {
   // Hands: before they do something or a move ends, at the last step that was taken; and after.
   void before_touch(std::size_t system);
   void touched(std::size_t system, const Action& action);
-  // How wrong positions are since the last begin_anew(); nothing where that is not known.
+  // The error of positions since the last begin_anew(); empty if it is not known.
   study::RunDeviation parted(std::size_t system) const;
   void afford(bool errors);  // without being asked
   void begin_anew();         // another step or method, a way through time: errors count from now on

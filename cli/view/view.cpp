@@ -143,7 +143,7 @@ void announce(const std::string& address, BrowserLaunch* browser, Console& conso
 
 using Caught = std::function<int()>;  // the signal that came, or 0
 
-// Why it was refused goes to who said it.
+// The reason of a refusal goes to the client that sent the command.
 void obey(Stage& stage, View& shown, const ViewMessage& command) {
   std::string refused = stage.live().take(command.from, command.text);
   if (const auto wish = stage.live().take_wish()) {
@@ -179,9 +179,9 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
     browser.remove_when_old();
     Live& live = stage.live();
     next = std::max(next + span(kFrame), Clock::now());
-    // Where drawing is slow, steps get as long a time: pictures are left out, not steps.
+    // Slow drawing gives steps as much time as itself: pictures are left out, not steps.
     live.run(kStepShare * std::max(kFrame, std::min(drawn, kLongestSilence)));
-    // Where nothing happens a few frames are enough, for whoever missed the last one.
+    // A few frames are enough if nothing happens, for clients that missed the last one.
     const bool changed = live.fresh() || shown->touched();
     if (!shown->wants_frame() || (!changed && Clock::now() < quiet)) continue;
     quiet = Clock::now() + span(kQuiet);
@@ -218,7 +218,7 @@ void play_in_terminal(Live& live, const Caught& caught) {
   }
 }
 
-// Where a scene is seen: what is not there is said before anything is loaded.
+// The screen of a scene: a missing one is reported before anything is loaded.
 class Screen {
  public:
   Screen(const ViewRequest& request, Registry& registry)

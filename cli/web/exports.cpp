@@ -53,7 +53,7 @@ extern "C" {
 
 EMSCRIPTEN_KEEPALIVE Page* sim_page() { return new Page; }
 
-// Why the scene cannot be shown, or "".
+// The reason why the scene cannot be shown, or "".
 EMSCRIPTEN_KEEPALIVE const char* sim_open(Page* page, const char* file, const char* header) {
   try {
     page->session.open(request_of(file, header));

@@ -1,4 +1,4 @@
-// Whether a state is still made of numbers.
+// Tests whether a state is finite.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// How this thread rounds, and what it traps: as it was before foreign code ran.
+// The rounding mode and traps of this thread, restored after foreign code.
 #pragma once
 
 #include <cstdint>

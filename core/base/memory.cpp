@@ -45,7 +45,7 @@ double control_group() {
                                                              : HUGE_VAL;
 }
 
-// What `which` leaves of what /proc counts under that name.
+// The remainder of the limit `which`, less the use that /proc reports under the name `counted`.
 double limited(decltype(RLIMIT_AS) which, const char* counted) {
   rlimit limit{};
   if (getrlimit(which, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return HUGE_VAL;

@@ -1,4 +1,4 @@
-// Why a call of the system failed, for whoever uses the program.
+// The reason why a system call failed, in words for users.
 #pragma once
 
 #include <string>

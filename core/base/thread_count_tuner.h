@@ -1,4 +1,4 @@
-// How many threads the steps of a run are worth, by the time that they take.
+// The number of threads that the steps of a run are worth, tuned by the time that they take.
 #pragma once
 
 #include <functional>

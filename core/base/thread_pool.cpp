@@ -57,7 +57,7 @@ void ThreadPool::use(int size) {
   used_.notify_all();
 }
 
-// What a member throws is thrown by the caller when all have finished; the first of several.
+// An exception of a member is rethrown by the caller when all have finished; the first of several.
 void ThreadPool::run_erased(Call call, const void* body) {
   struct Guarded {
     Call call;

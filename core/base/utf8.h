@@ -24,10 +24,10 @@ std::size_t utf8_length(std::string_view text);
 // The longest beginning of at most so many bytes that ends with a whole character.
 std::string_view utf8_head(std::string_view text, std::size_t most);
 
-// How many bytes at the end of a text begin a character that it does not end.
+// The number of bytes at the end of a text that begin a character without completing it.
 std::size_t unfinished_utf8(std::string_view text);
 
-// How many columns of a terminal a text takes: one a character.
+// The number of terminal columns that a text takes: one a character.
 std::size_t columns_of(std::string_view text);
 
 // The beginning of a text that takes at most so many of them.
@@ -41,7 +41,7 @@ std::string visible_text(std::string_view text);
 // ... in one line: line ends and tabs as \x0a and \x09.
 std::string visible_line(std::string_view text);
 
-// Whether visible_text leaves a text as it is.
+// True if visible_text leaves a text as it is.
 bool is_visible(std::string_view text);
 
 }  // namespace sim

@@ -43,7 +43,8 @@ std::string system_json(const SystemSpec& spec, const Simulation& system) {
       .str();
 }
 
-// One step at a time where the scene's own functions may fail in it: it stays where it was.
+// Takes one step at a time if the scene's own functions may fail in it: a failed step changes
+// nothing.
 int steps_of_scene(Simulation& system, std::int64_t most, bool calls_scene) {
   if (!calls_scene) return system.steps(most);
   const Snapshot before = system.snapshot();

@@ -57,7 +57,7 @@ EngineFolder::EngineFolder() {
 }
 
 EngineFolder::~EngineFolder() {
-  // What Open MPI still writes while it ends may come between.
+  // Open MPI may still write files while it ends, so that removal is retried.
   constexpr int kTries = 50;  // 10 ms apart
   std::error_code ignored;
   for (int tried = 0; tried < kTries && std::filesystem::exists(path_, ignored); ++tried) {

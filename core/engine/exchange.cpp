@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kLeaveOut = "--without NAME leaves a part out; or run it here";
 
-// What refuses in the name of an engine.
+// Throws refusals in the name of an engine.
 class Border {
  public:
   explicit Border(const std::string& engine) : engine_(engine) {}

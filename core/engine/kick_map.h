@@ -6,7 +6,7 @@
 
 namespace sim::engine {
 
-// How a scene is stepped that another program may step, too; the first two by kicks.
+// The methods of scenes that another program can step, too; the first two by kicks.
 enum class Method { kVerlet, kSymplecticEuler, kRk4, kImplicitEuler, kImplicitMidpoint, kTrBdf2 };
 
 // Velocity Verlet with a force that reads velocities (LAMMPS: fix nve, fix viscous) makes its whole

@@ -132,7 +132,7 @@ Code::Code(const Graph& graph, std::span<const int> roots, int input_count)
     for (int i = 0; i < operand_count(operation.op); ++i) last_of(operation.operand[i]) = id;
   }
 
-  // Where the operations put their values: the first output that wants it, or a register.
+  // The destination of each value: the first output that wants it, or a register.
   for (int i = 0; i < outputs; ++i)
     if (int& to = slot_of(roots[static_cast<std::size_t>(i)]); to < 0) to = inputs + i;
   Registers free;

@@ -64,7 +64,7 @@ class ProgramRun {
   explicit ProgramRun(Program program);
 
   const Program& program() const { return program_; }
-  // Where the arrays are that the next runs read and write; as in Program::run().
+  // The arrays that the next runs read and write; as in Program::run().
   void input(int i, const double* numbers) {
     slots_[static_cast<std::size_t>(i)] = const_cast<double*>(numbers);
   }

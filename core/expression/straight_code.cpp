@@ -30,8 +30,8 @@ enum Scalar : unsigned char {
 };
 constexpr std::size_t kSignMask = 0, kSizeMask = 16, kEntry = 32;  // places in the code
 
-// Writes code for `void f(double* slots)`. Of the values in registers the least recently used one
-// makes room. A value is written to its slot only if something reads it there.
+// Writes code for `void f(double* slots)`. Registers are evicted by least recent use. A value is
+// written to its slot only if something reads it there.
 class Assembler {
  public:
   Assembler(std::span<const Instruction> code, const std::function<bool(int)>& live)

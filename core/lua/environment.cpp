@@ -23,7 +23,7 @@ void append_if_present(Folders& folders, const fs::path& folder) {
   if (fs::is_directory(folder, error)) folders.push_back(folder);
 }
 
-// Where the user keeps data, by the XDG base directory specification; empty if there is no home.
+// The folder of user data, by the XDG base directory specification; empty if there is no home.
 fs::path data_home() {
   const char* const data = std::getenv("XDG_DATA_HOME");
   if (data && *data == '/') return data;

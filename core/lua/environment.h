@@ -1,4 +1,4 @@
-// Where plugins and scenes are found.
+// The folders in which plugins and scenes are found.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// How much Lua may take at a time, for those who may not see Lua.
+// The resource limits of Lua, for code that may not include Lua.
 #pragma once
 
 #include <cstddef>

@@ -152,9 +152,9 @@ double LuaBudget::used() const {
   return before_ + (clocked_ ? seconds_of(CLOCK_THREAD_CPUTIME_ID) - start_ : 0);
 }
 
-// Whether the instructions since the last look took so long, or the machine had others to serve:
-// the processor's own clock says so at the second look in a row. (A busy machine must not make
-// looks frequent: to change how often they come costs a walk over all calls that are open.)
+// True if the instructions since the last check took too long, unless the machine was busy
+// otherwise: the processor's own clock must confirm it at two checks in a row. (A busy machine must
+// not make checks frequent: to change their interval costs a walk over all open calls.)
 bool LuaBudget::slow(double passed) {
   constexpr double kSlow = 0.03, kSurely = 1;  // s
   if (passed <= kSlow) return suspected_ = false;

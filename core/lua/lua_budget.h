@@ -27,8 +27,8 @@ class LuaBudget {
   static LuaBudget& of(lua_State* L);
   static void* allocate(void* budget, void* block, std::size_t old_size, std::size_t new_size);
 
-  // How many tables, functions, userdata and threads of the state had been made when that one was,
-  // with itself; 0 for what is none. The same in every process, unlike an address.
+  // The serial number of a table, function, userdata or thread in its state; 0 for other values.
+  // The same in every process, unlike an address.
   static std::uint64_t serial(lua_State* L, int index);
   void measure_userdata(lua_State* L);  // once, for serial()
 

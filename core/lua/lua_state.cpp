@@ -43,7 +43,7 @@ int error_to_string(lua_State* L) {
   return 1;
 }
 
-// Where a text error came from: the line it names itself, else the innermost line of a scene. An
+// The location of a text error: the line it names itself, else the innermost line of a scene. An
 // error that crossed a coroutine names one line for each side.
 ErrorText locate(lua_State* L, std::string_view message) {
   ErrorText text{"Lua error", "", "", ""};

@@ -22,7 +22,7 @@ namespace sim {
 
 // The source name of the scene language itself; errors are placed at the frames that called it.
 inline constexpr const char* kLanguageSource = "=sim";
-// Why an error was raised when Lua was stopped from outside.
+// The reason of an error raised when Lua was stopped from outside.
 inline constexpr const char* kInterrupted = "interrupted";
 
 class LuaState {

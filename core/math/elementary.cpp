@@ -168,10 +168,10 @@ struct Reduced {
   DoubleDouble angle;
 };
 
-// For finite x. x = +- m 2^e with whole m < 2^53. Of m 2^e 2/pi only the part below 4 matters: m
-// times 192 bits of 2/pi, from that on whose products are below 4 (Payne & Hanek 1983). No double
-// is closer to a multiple of pi/2 than 2^-62 of itself, so that at least 70 bits of the angle are
-// right.
+// Argument reduction for finite x. x = +- m 2^e with whole m < 2^53. In m 2^e 2/pi only the part
+// below 4 matters: m times 192 bits of 2/pi, from that on whose products are below 4 (Payne & Hanek
+// 1983). No double is closer to a multiple of pi/2 than 2^-62 of itself, so that at least 70 bits
+// of the angle are right.
 Reduced reduced(double x) {
   if (std::fabs(x) <= 0.78) return {0, {x, 0}};
   int e = 0;

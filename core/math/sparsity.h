@@ -1,4 +1,4 @@
-// Which entries of a square matrix may differ from 0.
+// Sparsity patterns of square matrices: the entries that may differ from 0.
 #pragma once
 
 #include <algorithm>

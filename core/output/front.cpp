@@ -106,7 +106,7 @@ V3 Front::place(std::size_t system, int particle) const {
   return view_.point(moment_[system].at(particle) + view_.offsets[system]);
 }
 
-// Of length 1 along the eye's forward.
+// The ray of a pixel, with length 1 along the eye's forward.
 V3 Front::ray(float x, float y) const {
   const auto width = static_cast<float>(look_.width), height = static_cast<float>(look_.height);
   const float scale = 2 / height / view_.eye.focal;

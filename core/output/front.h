@@ -47,7 +47,7 @@ class Front {
   std::optional<int> picked() const;
   std::string name(std::size_t system) const;  // before a word, where it needs one
 
-  // Where a particle is in the picture, for tests.
+  // The position of a particle in the picture, for tests.
   V3 pixel(std::size_t system, int particle) const;
 
  private:

@@ -13,7 +13,7 @@ namespace sim {
 
 enum class TableFormat { kCsv, kJsonLines, kSvg };
 
-// Where a table goes, as the command line says it.
+// The destination of a table, as the command line gives it.
 struct Target {
   std::string file = "-";  // "-" = standard output
   TableFormat format = TableFormat::kCsv;

@@ -12,7 +12,7 @@ namespace sim {
 // The path of a program in PATH; "" where there is none.
 std::string find_program(const std::string& name);
 
-// Where a program starts and what it finds there.
+// The working folder and environment of a program.
 struct ProcessPlace {
   std::string folder = {};                    // empty: here
   std::vector<std::string> environment = {};  // NAME=VALUE, where ours has no such name

@@ -154,7 +154,7 @@ std::string svg(const Chart& chart) {
     strong += curve.strong;
     drawn.push_back(std::move(one));
   }
-  // What counts is drawn last, on top; its names take their places first.
+  // Strong curves are drawn last, on top; their labels are placed first.
   std::ranges::stable_sort(drawn, {}, [](const DrawnCurve& d) { return d.curve->strong; });
   for (const DrawnCurve& d : drawn) {
     out += curve_path(d);

@@ -21,7 +21,7 @@ class Places {
   void take(double x, double y, double half_width, double half_height);
   // The height nearest to y at which words from x on are free of others; takes it.
   double beside(double x, double y, const std::string& words, double least, double most);
-  // How much of a box is taken already.
+  // The occupied share of a box.
   double crowd(double x, double y, double half_width, double half_height) const;
 
  private:

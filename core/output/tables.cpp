@@ -34,7 +34,7 @@ void append_json(std::string& out, std::string_view key, double value) {
     append_number(out, value);
 }
 
-// What all rows of one frame begin with: [system,]step,t.
+// The beginning of all rows of one frame: [system,]step,t.
 std::string csv_prefix(const Simulation& system, bool world) {
   std::string prefix = world ? csv_field(system.name()) + "," : "";
   append_integer(prefix, system.step_count());
@@ -64,7 +64,7 @@ std::vector<ConstraintForce> holding_forces(const Simulation& system) {
   return system.constraint_system()->forces(system.t(), system.state().data());
 }
 
-// Of constraints, on each; empty where a system has none.
+// The constraint force on each particle; empty if a system has no constraints.
 std::vector<Vec3> forces_on_particles(const Simulation& system) {
   std::vector<Vec3> sums(system.constraint_system() ? static_cast<std::size_t>(system.particles())
                                                     : 0);

@@ -32,7 +32,7 @@ struct WriterTask {
   ~WriterTask();
 };
 
-// Which moments of a run a writer wants, if nobody says otherwise.
+// The moments of a run that a writer wants by default.
 enum class CostEstimate { kLast, kFilm, kSteps };
 
 class Writer {

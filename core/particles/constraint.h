@@ -71,7 +71,7 @@ class Constraint {
 
   // "rod 3-7", in errors and tables.
   virtual std::string name(int row) const { return "equation " + std::to_string(row); }
-  // Why evaluate() gave numbers that are not finite just now; may be empty.
+  // The reason why evaluate() gave numbers that are not finite just now; may be empty.
   virtual std::string complaint() const { return {}; }
   // A note for the user, one sentence; may be empty.
   virtual std::string note() const { return {}; }

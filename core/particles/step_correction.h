@@ -52,7 +52,7 @@ class StepCorrection {
   virtual std::vector<double> memory() const { return {}; }
   virtual void recall(std::span<const double> /*memory*/) {}  // empty: as after reset()
 
-  // Why a state that was set by hand is not allowed; empty where it is.
+  // The reason why a state set by the user is not allowed; empty if it is.
   virtual std::string objection(double /*t*/, const double* /*x*/) { return {}; }
   // True where it moves this particle regardless of constraints.
   virtual bool breaks_constraints(int /*particle*/) const { return false; }

@@ -1,4 +1,4 @@
-// How a run is looked at, as a command line or a scene says it.
+// The look of pictures of a run, as a command line or a scene gives it.
 #pragma once
 
 #include <optional>

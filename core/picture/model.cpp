@@ -126,7 +126,7 @@ std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) 
   return grid_triangles(grid.size, mirrored);
 }
 
-// What a list of springs with one gravity and one drag leaves out.
+// The forces beyond springs, one gravity and one drag.
 std::vector<std::string> others_of(const SystemSpec& spec, const Particles& particles,
                                    const std::vector<std::string>& off) {
   std::set<std::string> others;
@@ -191,7 +191,7 @@ void add_lattice(const FieldLayout& layout, Model& model) {
   }
 }
 
-// Where the points of a lattice are drawn.
+// Places the points of a lattice in the picture.
 void place_lattice(const Simulation& system, const FieldLayout& layout, Frame& frame) {
   const auto& n = layout.cells;
   const std::size_t names = layout.names.size();
@@ -219,7 +219,7 @@ std::vector<bool> Model::in_triangles() const {
     for (const int i : triangle) in[static_cast<std::size_t>(i)] = true;
   for (const int i : in_bodies) in[static_cast<std::size_t>(i)] = true;
   if (curves()) in.assign(in.size(), true);
-  // What is inside of a block, its skin hides.
+  // The interior of a block is hidden by its skin.
   if (!triangles.empty() && std::ranges::min(grid) > 1)
     std::fill_n(in.begin(), grid[0] * grid[1] * grid[2], true);
   return in;

@@ -46,7 +46,7 @@ void split_sharp_edges(Picture& picture, std::size_t first_triangle) {
   throw Error(ErrorKind::kUsage, {"nothing to show", what, why, remedy});
 }
 
-// Whether x is within a sphere, a box or a capsule.
+// True if x is inside a sphere, a box or a capsule.
 bool encloses(const RenderShape& solid, const Vec3& x) {
   using Form = RenderShape::Form;
   const Vec3 d = x - solid.center;
@@ -148,7 +148,7 @@ Scenery::Scenery(std::span<const Model> models, const Moments& moments, const Lo
                look_.colour == "strain" ? "strain needs springs" : "leave it out");
 }
 
-// Which side of an open sheet is its front is nobody's choice: the one that is seen more.
+// The front of an open sheet is not given by the scene: it is the side that is seen more.
 bool Scenery::shows_back(std::size_t m) const {
   std::map<std::array<int, 2>, int> sides;
   for (const auto& t : models_[m].triangles)
@@ -357,8 +357,7 @@ void Scenery::solids(Picture& picture, std::size_t m, const Frame& frame) const 
                                                         : 1);
 }
 
-// What is wrong with what is seen: particles that no picture holds, an eye that sees a solid from
-// within.
+// Problems of the picture: particles outside of it, an eye inside a solid.
 std::vector<std::string> Scenery::warnings(const Moment& moment) const {
   std::vector<std::string> lines;
   int all = 0, lost = 0, no_numbers = 0;

@@ -37,7 +37,7 @@ Reach reach_of(const Model& model, const Moments& moments, std::size_t system) {
   return {start.middle(), start.size() > 0 ? 30 * start.size() : 1e100};
 }
 
-// What a picture has to hold of one system, a cloud of points in m.
+// The points of one system that a picture has to show, a cloud in m.
 std::vector<Vec3> cloud_of(const Model& model, const Moments& moments, std::size_t system,
                            const Reach& reach, std::size_t most) {
   std::vector<Vec3> points;

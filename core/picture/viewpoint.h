@@ -1,5 +1,5 @@
-// Where the systems of a run stand in a picture, the ground, the light and the eye: found once from
-// all that moves, so that nothing of it moves during a film.
+// The layout of a picture: the placement of the systems, the ground, the light and the eye, found
+// once from all motion, so that nothing of it moves during a film.
 #pragma once
 
 #include <span>

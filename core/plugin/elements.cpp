@@ -66,7 +66,7 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
         std::string("a ") + kind.name + " of it joins " + std::to_string(kind.arity) + " particles",
         "");
 
-  // Who is joined.
+  // The ids that are joined.
   for (const GridPairs& g : elements.grids)
     if (g.first < 0 || std::ranges::min(g.size) < 0 ||
         g.first + std::int64_t{g.size[0]} * g.size[1] * g.size[2] > particles ||
@@ -83,7 +83,7 @@ void check_elements(const Elements& elements, const PluginInfo& plugin, const Pa
              "the ids are 0 to " + std::to_string(particles - 1));
   }
 
-  // What they give, and what they need.
+  // The values that elements give, and those that the plugin needs.
   for (const auto& [name, column] : elements.values) {
     const auto param = std::ranges::find(plugin.params, name, &Param::name);
     const bool declared = param != plugin.params.end() && param->per_tie;

@@ -48,7 +48,7 @@ ParamType type_of(const Value& value) {
   }
 }
 
-// What a value in an error message looks like.
+// The text of a value in an error message.
 std::string shown(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return "'" + *text + "'";
   const ParamType type = type_of(value);

@@ -42,13 +42,13 @@ class ParamList : public std::vector<Param> {
   ~ParamList();
 };
 
-// Why a value of the right type is not legal; empty when it is.
+// The reason why a value of the right type is not allowed; empty if it is.
 std::string objection(const Value& value, const Param& param);
-// Brings the defaults to the declared types: a whole number passes as a number. Returns what is
-// wrong with the declarations: a name twice, a default of another type or out of bounds; or "".
+// Converts defaults to the declared types: a whole number passes as a number. Returns the fault of
+// the declarations - a name twice, a default of another type or out of bounds - or "".
 std::string settle_defaults(std::span<Param> declared);
 
-// Where a scene said something: "scenes/cloth.lua:12", or empty.
+// A location in a scene: "scenes/cloth.lua:12", or empty.
 using SourceLocation = std::string;
 
 // Values for the parameters of one plugin. Reading a name that the plugin did not declare is an

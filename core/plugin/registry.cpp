@@ -90,7 +90,7 @@ struct Registry::Impl {
     std::set<std::string> registered;
   };
 
-  // What is known of one kind.
+  // The known plugins of one kind.
   struct Shelf {
     std::map<std::string, std::size_t> owner;      // plugin name -> index of its library
     std::map<std::string, std::string> canonical;  // name or alias -> name

@@ -38,7 +38,7 @@ class SdfCollider : public Collider {
   };
   virtual Distance distance(const Vec3& x) const = 0;
 
-  // How it is drawn, about the origin and not turned.
+  // The drawn shape about the origin, without rotation.
   virtual RenderShape form() const = 0;
 
   // See Collider::as_primitive, for the shape about the origin.

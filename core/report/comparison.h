@@ -26,7 +26,7 @@ struct ComparisonTask {
   std::optional<double> time = {};  // s; nothing = the scene's duration
   std::string of = {};  // what the scene observes, or a figure of it, to be compared, too
   double fps = 30;      // pictures a second of films
-  // Where errors are taken against a run of this instead of a reference with an error of its own.
+  // The run that errors are taken against, instead of a reference with an error of its own.
   std::optional<ComparedMethod> reference = {};
 };
 

@@ -1,4 +1,4 @@
-// Where a scene comes to rest, for people and for machines.
+// Reports of the rest state of a scene, for people and for machines.
 #pragma once
 
 #include <functional>

@@ -39,7 +39,7 @@ std::string off_text(const MethodStability& each) {
   return brief(off, std::abs(off) < 10 ? 1 : 3) + " %";
 }
 
-// How far a step of dt is from the limit, or how fast it grows beyond it.
+// The distance of a step dt from the limit, or its growth beyond the limit.
 std::string standing(const MethodStability& each, double dt) {
   if (study::has_own_steps(each.method)) return "own steps";
   const std::optional<double> limit = study::step_limit(each);

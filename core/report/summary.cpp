@@ -89,7 +89,7 @@ std::string observed_json(Track& track) {
   return object.str();
 }
 
-// Where rigid bodies are at the end.
+// The states of rigid bodies at the end.
 std::string bodies_json(const Simulation& system) {
   std::vector<std::string> list;
   for (int i = 0; i < system.bodies(); ++i) {

@@ -8,8 +8,8 @@
 
 namespace sim {
 
-// Why a step could not be taken, or where it left the finite numbers. The state is the last good
-// one, before that step.
+// The reason why a step could not be taken, or the first number that is not finite. The state is
+// the last good one, before that step.
 struct Divergence {
   StepStatus status = StepStatus::kDone;
   int particle = 0;       // or what `item` says; -1 when the status says all

@@ -39,7 +39,7 @@ struct FirstOrderSpec {
   PartSpec field;
 };
 
-// How pictures of a run look, as options of the command line say it; empty: not said.
+// The look of pictures of a run, as options of the command line give it; empty: not given.
 struct LookSpec {
   std::string camera;                // "eye=1,1,3 at=0,0,0 up=0,1,0 fov=40", or parts of it
   std::string color;                 // "strain", "speed:2"

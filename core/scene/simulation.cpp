@@ -55,7 +55,7 @@ void check_surfaces(const PartSpec& part, int n) {
                     {"bad " + name, part.place, "it is a surface of other particles", ""});
 }
 
-// What a force on single particles acts on where there are bodies: theirs are none of its own.
+// The elements of a force on single particles in a scene with bodies, whose particles are left out.
 std::optional<Elements> without_bodies(const PluginInfo& plugin, const PartSpec& part,
                                        const SystemSpec& spec) {
   if (plugin.elements.arity != 1 || spec.bodies.empty()) return {};

@@ -1,4 +1,4 @@
-// What changes a simulation between its steps, and what brings it back.
+// Changes of a simulation between its steps, and their undoing.
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,4 +1,4 @@
-// Who is to blame: for a method that does not fit, a step that fails, an exception of a plugin.
+// Attribution of failures: a method that does not fit, a step that fails, an exception of a plugin.
 #include <algorithm>
 #include <cmath>
 
@@ -59,7 +59,7 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
   return !finite;
 }
 
-// Which force it was is found by asking each at the state before; else it is the method.
+// The force that failed is found by evaluating each at the state before; else it was the method.
 void Simulation::Impl::rethrow_in_step() {
   thrown_by_others();  // what names itself needs no search
   const double begin = t(step_count), h = settings->h;

@@ -106,7 +106,8 @@ struct Simulation::Impl {
   void change(const std::function<void()>& make);
   void check_not_led(int i) const;  // throws Error{kUsage} where it is
 
-  // Why the step failed, and where the next state is not finite; false when all of it is finite.
+  // Finds the reason why the step failed, and the first number of the next state that is not
+  // finite; false if all of it is finite.
   bool find_divergence(StepStatus status);
 };
 

@@ -1,4 +1,4 @@
-// What of a simulation acts between and behind its steps: constraints, bodies, contact.
+// Parts of a simulation that act between and after its steps: constraints, bodies, contact.
 #include <algorithm>
 #include <set>
 
@@ -86,8 +86,8 @@ void find_tied(const PartSpec& part, const SystemSpec& spec, int n, bool bodies_
 
 }  // namespace
 
-// Bodies touch colliders, each other and single particles, but not what is joined to them. Of those
-// that touch nothing there is no contact.
+// The collision spec of bodies with colliders, each other and single particles, but not with parts
+// joined to them. Empty if nothing can collide.
 std::optional<BodyCollisionSpec> Simulation::Impl::body_collision(const SystemSpec& spec) const {
   if (bodies.empty()) return {};
   BodyCollisionSpec collision{.bodies = bodies, .singles = bodies.front().first()};

@@ -10,7 +10,8 @@
 
 namespace sim {
 
-// How a system is stepped, apart from its state. Never changed once a snapshot shares it.
+// The settings by which a system is stepped, apart from its state. Immutable once a snapshot shares
+// them.
 struct Settings {
   Method method;
   double h = 0;                  // s

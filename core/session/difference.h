@@ -1,4 +1,4 @@
-// Where two states of one scene differ.
+// Differences between two states of one scene.
 #pragma once
 
 #include <cstdint>

@@ -123,7 +123,7 @@ class RecordingReader {
       wrong("bad line", "the end has no hash of 16 digits", "remove the line to replay without it");
   }
 
-  // What was done later stays until something else is done here.
+  // Later actions are kept until another action is made here.
   void take_back(Way& way, std::string_view rest) const {
     const auto steps = whole_number<std::int64_t>(rest);
     if (!steps || *steps < 0 || *steps > way.now)

@@ -7,7 +7,7 @@ namespace sim {
 
 class Simulation;
 
-// Whether equal explicit steps of such a run can be made side by side with those of others.
+// True if equal explicit steps of such a run can be made side by side with those of others.
 bool may_step_side_by_side(const Simulation& run);
 
 // From now on the runs, which are all at their start, are stepped side by side in one thread,

@@ -66,7 +66,7 @@ void Timeline::restore(Simulation& simulation, std::size_t mark) {
   simulation.restore(*marks_[mark].state);
   start_ = marks_[mark].start;
   done_ = marks_[mark].acts;
-  // What was being moved then.
+  // Restores the motions that were in progress then.
   moves_ = forgotten_.moves;
   for (std::size_t i = 0; i < done_; ++i) moves_.note(acts_[i].action, acts_[i].step);
   moves_.forget_ended(simulation.step_count());

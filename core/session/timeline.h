@@ -1,5 +1,5 @@
-// Where a system has been, so that it can be there again bit for bit: snapshots within a budget of
-// memory, and running again from the nearest one.
+// The history of a system, any state of which is restored bit for bit: snapshots within a budget of
+// memory, and runs repeated from the nearest one.
 #pragma once
 
 #include <cstdint>

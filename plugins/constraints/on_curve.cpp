@@ -24,7 +24,7 @@ class OnCurve final : public sim::Constraint {
                         "give from < to"});
   }
 
-  // Where on the wire each bead is, and steps for differences that suit the wire there.
+  // Finds the parameter of each bead on the wire, and difference steps that suit the wire there.
   void bind(const sim::ParticleView& start) override {
     double ds = HUGE_VAL, dt = HUGE_VAL;
     const auto norm = [](const sim::Vec3& d) { return d.norm(); };
@@ -78,7 +78,8 @@ class OnCurve final : public sim::Constraint {
   }
 
   bool moves() const override { return curve_->moves(); }
-  // Of each bead its place and an axis across the wire, which stays the same within a step.
+  // Two internal variables a bead: its parameter, and an axis across the wire, which stays the same
+  // within a step.
   int internal_size() const override { return 2 * static_cast<int>(ids_.size()); }
   void start(std::span<double> memory) const override {
     for (std::size_t k = 0; k < ids_.size(); ++k) remember(piece(start_[k], 0), &memory[2 * k]);

@@ -12,7 +12,7 @@
 
 namespace sim {
 
-// Whether two lists of instructions differ in constants alone.
+// True if two lists of instructions differ in constants alone.
 bool same_operations(const Code& a, const Code& b);
 
 // The runs ask for their steps one after the other, each for all of its own. The first that comes

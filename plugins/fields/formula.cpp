@@ -332,7 +332,7 @@ class FormulaField final : public sim::PairField {
       run->input(static_cast<int>(time_input()), times_.data());
   }
 
-  // Where the entries of all cells stand in the matrix; -1: they are of what does not change.
+  // The matrix entries of all cells; -1: the derivative by a number that never changes.
   void find_entries() {
     const int cells = lattice_.cells(), names = static_cast<int>(names_.size());
     std::vector<std::pair<int, int>> pairs, own;  // {column, row}

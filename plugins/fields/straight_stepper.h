@@ -21,7 +21,7 @@ class StageProgram {
  public:
   StageProgram(const Code& code, int stages);
 
-  // Whether instructions can name all slots of such stages.
+  // True if instructions can name all slots of such stages.
   static bool fits(const Code& code, int stages, int weights);
 
   int size() const { return size_; }

@@ -154,7 +154,7 @@ class Spring final : public sim::Force, public sim::Breakable {
                                              : kBoth;
   }
 
-  // What is said, else the distance in the grid or at the start.
+  // The given rest length, else the distance in the grid or at the start.
   static double rest_length(double said, const sim::Element& tie,
                             const sim::ParticleView& initial) {
     if (!std::isnan(said)) return said;

@@ -19,21 +19,21 @@ using Given = std::map<std::string, sim::Value>;
 // Runs of springs at more than half their limit of stability pick up energy from resonances between
 // modes: Skeel & Srinivas (2000), SIAM J. Numer. Anal. 38, 129-148.
 constexpr double kShareOfLimit = 0.5;
-// Where h omega is more than this an implicit step of h is cheaper than the explicit ones in it;
-// one whose own steps come down to a quarter of that is not.
+// The h omega above which an implicit step of h is cheaper than the explicit ones in it; not so for
+// an implicit method whose own steps shrink to a quarter of that.
 constexpr double kStiffest = 200, kNotStiff = 50;
-// Up to so many numbers in a list an implicit step costs about as much as an explicit one: their
-// Jacobian has few entries.
+// The size of a list of numbers up to which an implicit step costs about as much as an explicit
+// one: their Jacobian has few entries.
 constexpr std::size_t kFewNumbers = 2000;
 constexpr double kFlatStiffest = 10;
 constexpr int kShortSteps = 10;  // one after the other, until it is given up
 // An implicit method of order 4 takes too many steps below this tolerance.
 constexpr double kImplicit = 1e-10;
-// What is stiff has numbers far below its tolerance that decide all the same.
+// Stiff systems have decisive numbers far below their tolerance.
 constexpr double kLoosest = 1e-5;
 // A splitting with steps backwards in time multiplies rounding errors by e^(gamma h) in them.
 constexpr double kMostDamping = 1;
-// Below this h omega nothing that is fast now tells what will be.
+// The h omega below which the fast motion of now tells nothing of later.
 constexpr double kSlack = 1e-3;
 constexpr std::int64_t kMostAtOnce = 64;
 constexpr double kCoarse = 1e-3, kFine = 1e-7;
@@ -78,7 +78,7 @@ class Automatic final : public sim::Integrator {
     if (now.status != sim::StepStatus::kDone) {
       const bool hard = now.status != sim::StepStatus::kStopped && choice_ == kAdaptive;
       if (!hard || tol_ < kImplicit || system.has_inequalities()) return now;
-      // What stops explicit steps within h may be stiffness that was not there at its start.
+      // Explicit steps that fail within h may have met stiffness that was not there at its start.
       take(flat_ ? kMultistep : kStiff);
       method_->restart(t, h, x);
       reason_ = "auto: " + name_ + ", steps of its own: explicit ones failed";
@@ -93,7 +93,7 @@ class Automatic final : public sim::Integrator {
     return now;
   }
 
-  // What was chosen depends on where the run was started and has been, so it is kept.
+  // The choice depends on the start and the history of the run, so it is stored.
   std::vector<double> memory() const override {
     std::vector<double> memory{
         static_cast<double>(choice_), longest_, rate_, spent_, hold_, short_};
@@ -224,7 +224,7 @@ class Automatic final : public sim::Integrator {
     return {sim::StepStatus::kDone, static_cast<int>(goal / each)};
   }
 
-  // What goes on as it was keeps its own memory and step.
+  // A method that stays chosen keeps its memory and step.
   void look_again(double t, double h, const double* x) {
     spent_ = 0;
     const Choice before = choice_;

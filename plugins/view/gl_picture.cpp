@@ -144,7 +144,7 @@ bool drawable(const V3& v) {
   return std::abs(v.x) < kFurthest && std::abs(v.y) < kFurthest && std::abs(v.z) < kFurthest;
 }
 
-// Of radius 1, as triangles.
+// The unit sphere as triangles.
 std::vector<float> ball() {
   std::vector<float> list;
   const auto point = [](int i, int j) {
@@ -191,7 +191,7 @@ unsigned GlPicture::use(unsigned program, const sim::Picture& picture) const {
   return program;
 }
 
-// What is drawn goes down along the light, as a shadow that darkens each pixel once.
+// Projects drawn shapes down along the light, as a shadow that darkens each pixel once.
 void GlPicture::flatten(unsigned program, const sim::Picture& picture, bool on) const {
   glUniform1f(glGetUniformLocation(program, "flattened"), on ? 1 : 0);
   glUniform4f(glGetUniformLocation(program, "shadow"), .2F, .24F, .32F, on ? .3F : 0);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostAtOnce = 8;  // threads that draw
 
-// How ffmpeg is asked for each format.
+// The options of ffmpeg for each format.
 std::vector<std::string> codec(const std::string& format) {
   if (format == "webm")
     return {"-c:v",      "libvpx-vp9", "-crf",      "32", "-b:v",     "0",

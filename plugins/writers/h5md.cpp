@@ -32,8 +32,8 @@ hid_t native(const int*) { return H5T_NATIVE_INT; }
                                          "check the folder, its permissions and the space there"});
 }
 
-// Of one file: every call throws where the library fails. No object knows when it was made, so that
-// the same run gives the same bytes.
+// Creates the objects of one file: every call throws if the library fails. No object has a creation
+// time, so that the same run gives the same bytes.
 class Maker {
  public:
   explicit Maker(std::string file) : file_(std::move(file)) {}
@@ -61,7 +61,7 @@ class Maker {
     const Handle how = made(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     check(H5Pset_obj_track_times(how, false));
     if (!pieces.empty()) check(H5Pset_chunk(how, static_cast<int>(pieces.size()), pieces.data()));
-    // What never changes is much alike, as springs are.
+    // Constant data, such as springs, is repetitive and compresses well.
     if (!pieces.empty() && !grows && H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0) {
       check(H5Pset_shuffle(how));
       check(H5Pset_deflate(how, 1));

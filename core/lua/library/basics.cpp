@@ -80,7 +80,7 @@ int bounded_resume(lua_State* L) {
   return results;
 }
 
-// Where the end of a budget stopped it, what it has to close would run without hooks.
+// A coroutine stopped by its budget is not closed, for its close handlers would run without hooks.
 int bounded_close(lua_State* L) {
   lua_State* const thread = thread_argument(L);
   if (LuaBudget::spoiled(thread)) return luaL_error(L, "the coroutine was stopped");

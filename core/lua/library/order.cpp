@@ -173,9 +173,9 @@ int first_entry(lua_State* L) {
   return 2;
 }
 
-// `next` has no memory of its own. What it needs of each table is kept until it comes to the end or
-// the table is gone: { first = the first key, keys = all in order, at = position of the last one }.
-// The keys are listed when the second one is asked for, for many ask for the first one alone.
+// `next` has no memory of its own. Its state for each table is kept until it reaches the end or the
+// table is gone: { first = the first key, keys = all in order, at = position of the last one }. The
+// keys are listed when the second one is asked for, for many ask for the first one alone.
 constexpr int kVisit = 3;  // on the stack, behind the table and the key
 
 void push_new_visit(lua_State* L, int visits) {

@@ -76,7 +76,7 @@ const char* Pattern::match(const char* at) {
   return go(at, pattern_);
 }
 
-// What stands at p takes what it can at s; the rest is tried behind it.
+// Matches the item at p against s greedily, and the rest of the pattern after it.
 const char* Pattern::go(const char* s, const char* p) {
   const Deeper deeper(*this);
   while (s && p != pattern_end_) {
@@ -150,7 +150,7 @@ const char* Pattern::open(const char* s, const char* p, std::ptrdiff_t kind) {
   return rest;
 }
 
-// Of the last one that is open.
+// Closes the last open capture.
 const char* Pattern::close(const char* s, const char* p) {
   int index = captures_ - 1;
   while (index >= 0 && capture_[index].length != kOpen) --index;
@@ -175,7 +175,7 @@ const char* Pattern::balanced(const char* s, const char* p) const {
   return nullptr;
 }
 
-// What an earlier capture holds, once more.
+// Matches the text of an earlier capture again.
 const char* Pattern::again(const char* s, char digit) const {
   const int index = digit - '1';
   if (index < 0 || index >= captures_ || capture_[index].length == kOpen)

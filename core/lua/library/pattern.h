@@ -14,7 +14,7 @@ class Pattern {
  public:
   Pattern(lua_State* L, std::string_view subject, std::string_view pattern);
 
-  // Where the match ends that begins at `at`, or null.
+  // The end of the match that begins at `at`, or null.
   const char* match(const char* at);
 
   // Pushes what the pattern captured, or else the whole match (unless there is none, null), and

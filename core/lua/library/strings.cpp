@@ -17,7 +17,7 @@ std::string_view text_argument(lua_State* L, int argument) {
   return {text, size};
 }
 
-// Where to begin, from 0; counted from the end if negative.
+// The start index from 0; a negative argument counts from the end.
 std::size_t start_argument(lua_State* L, int argument, std::size_t size) {
   const lua_Integer start = luaL_optinteger(L, argument, 1);
   if (start > 0) return static_cast<std::size_t>(start) - 1;
@@ -120,7 +120,7 @@ void add_replacement(lua_State* L, const Pattern& matcher, const char* begin, co
   luaL_addlstring(&out, text.data(), text.size());
 }
 
-// What stands for one match; the match itself where that is nil or false.
+// Appends the replacement of one match; the match itself if that is nil or false.
 void add_value(lua_State* L, const Pattern& matcher, const char* begin, const char* end,
                luaL_Buffer& out) {
   const int kind = lua_type(L, 3);

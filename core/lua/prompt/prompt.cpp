@@ -132,7 +132,7 @@ int Prompt::Impl::print_line(lua_State* L) {
   return luaL_error(L, "stopped");
 }
 
-// What the table `sim` of the prompt does not hold itself is of the scene language.
+// Keys missing in the prompt's table `sim` are looked up in the scene language.
 int Prompt::Impl::index_sim(lua_State* L) {
   Impl& self = of(L);
   lua_settop(L, 2);

@@ -1,4 +1,4 @@
-// How a scene wants to be looked at: look = { eye = {..}, color = "strain", .. }.
+// Reads the look of a scene: look = { eye = {..}, color = "strain", .. }.
 #pragma once
 
 #include "core/base/error.h"

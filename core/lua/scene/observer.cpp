@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kSeenType = "sim.seen";
 
-// What `s` is in Lua: the state while its observer runs, nothing before and after.
+// The state behind `s` in Lua while its observer runs; empty before and after.
 struct Seen {
   const Simulation* system = nullptr;
 };

@@ -27,7 +27,7 @@ bool plain_word(const std::string& name, const char* also) {
   });
 }
 
-// What stands where a part was expected, in a few words.
+// A short description of a value given where a part was expected.
 std::string shown_part(lua_State* L, int index, const std::string& kind) {
   if (!kind.empty()) return "a sim." + kind;
   if (lua_isfunction(L, index)) return "a function (write sim.force.NAME { ... })";
@@ -387,7 +387,7 @@ void SceneReader::switches(lua_State* L, int scene, const std::map<const void*, 
   }
   lua_pop(L, 1);
 
-  // What is off and cannot be turned on is left out.
+  // Parts that are off and cannot be switched on are left out.
   for (std::vector<PartSpec>* list : {&spec.forces, &spec.colliders})
     std::erase_if(*list, [](const PartSpec& part) { return !part.on && part.switch_name.empty(); });
 }

@@ -1,5 +1,4 @@
-// What forces join or act on - ties, surfaces, groups -, read from the records of the scene
-// language.
+// Elements of forces - ties, surfaces, groups -, read from the records of the scene language.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -98,7 +97,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
                 owner + " joins " + std::to_string(plugin.elements.arity) +
                     " particles by each, not " + std::to_string(arity));
 
-  // Who is joined.
+  // The particles that are joined.
   const LuaTable ids = record.table("ids"), points = record.table("points");
   session_->count(0, static_cast<double>(count), place);
   elements.ids.resize(static_cast<std::size_t>(count * arity));
@@ -117,7 +116,7 @@ Elements SceneReader::elements(lua_State* L, int index, const PluginInfo& plugin
     elements.ids[static_cast<std::size_t>(i)] = static_cast<int>(id);
   }
 
-  // What they say for themselves.
+  // The values that elements give themselves.
   std::vector<std::string> known;
   for (const Param& param : plugin.params)
     if (param.per_tie) known.push_back(param.name);
@@ -340,7 +339,7 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
 
 std::vector<std::shared_ptr<const TriangleMesh>> SceneReader::surfaces(
     lua_State* L, int scene, Body& body, const SystemSpec& spec) const {
-  // Those that the scene lists, then those that only forces name.
+  // The surfaces that the scene lists, then those that only forces name.
   std::vector<std::shared_ptr<const TriangleMesh>> list;
   const auto add = [&](const std::shared_ptr<const TriangleMesh>& surface) {
     if (std::ranges::find(list, surface) == list.end()) list.push_back(surface);

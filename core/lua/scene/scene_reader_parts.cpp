@@ -25,7 +25,7 @@ bool names_particles(const PluginInfo& plugin, const std::string& key) {
          ((plugin.pointwise || plugin.elements.arity == 1) && key == "particles");
 }
 
-// Whether it takes the key `on` or `stiff`, which are for the scene and no parameters.
+// True if it takes the key `on` or `stiff`, which belong to the scene and are no parameters.
 bool takes_key(const PluginInfo& plugin, const std::string& key) {
   const bool force = plugin.kind == kind_of<Force>;
   const bool has_it =

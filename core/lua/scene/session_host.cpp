@@ -1,4 +1,4 @@
-// What the scene language asks of the kernel: places, errors and parameters.
+// Services of the kernel for the scene language: source locations, errors and parameters.
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -325,8 +325,8 @@ std::vector<double> Page::values_of(std::size_t m, const Moment& moment,
   return models_[m].lattice() ? quantity(models_[m], moment[m], scale.name) : moment[m].values;
 }
 
-// Where they are in each moment, once if they rest. The ground is drawn as such, and of a room its
-// edges, for who is in it sees through its walls.
+// The poses of solids at a moment, once if they rest. The ground is drawn as such, and of a room
+// its edges, for a viewer inside sees through its walls.
 std::string Page::solids_json(std::size_t m) const {
   constexpr double kLevel = 0.999999;
   const char* const forms[] = {"", "plane", "sphere", "box", "capsule", "mesh"};

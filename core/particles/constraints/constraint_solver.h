@@ -60,7 +60,7 @@ class ConstraintSolver {
   const RowValues& values() const { return values_; }
   const RowMatrix& matrix() const { return matrix_; }
 
-  // Why the last call failed; empty where it did not.
+  // The reason why the last call failed; empty if it did not.
   std::string refusal() const;
 
  private:

@@ -48,7 +48,7 @@ class ConstraintSystem {
   bool begin_projections(double t, double* state);
   void project(const Constraints::Axes& v, bool with_drive);
 
-  // Why the last step found no allowed state; empty where it did.
+  // The reason why the last step found no allowed state; empty if it found one.
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }
 

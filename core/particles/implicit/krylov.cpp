@@ -17,7 +17,7 @@ void scale(Array& to, double factor, const Array& what) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = factor * what[i];
 }
 
-// Whether squared residuals that fell from `first` to `now` in `done` iterations reach the goal in
+// True if squared residuals that fell from `first` to `now` in `done` iterations reach the goal in
 // `all`.
 bool gets_there(double first, double now, double goal, int done, int all) {
   double reached = now;

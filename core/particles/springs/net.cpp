@@ -87,7 +87,7 @@ std::vector<std::int32_t> inverse(const std::vector<std::int32_t>& order) {
   return place;
 }
 
-// Whether the springs are much shorter in the new order than by id.
+// True if the springs are much shorter in the new order than by id.
 bool brings_together(std::span<const std::int32_t> place, std::span<const Net::Spring> springs) {
   double by_number = 0, by_place = 0;
   for (const Net::Spring& s : springs) {

@@ -15,8 +15,8 @@ class Backdrop {
 
   const V3& light(int x, int y) const { return light_[at(x, y)]; }
   const std::vector<std::uint8_t>& screen() const { return screen_; }
-  // Where a pixel's ray meets the ground, from its origin; `clear`: what is left of a shadow there,
-  // 0 for the sky.
+  // The point, relative to its origin, at which a pixel's ray meets the ground; `clear`: the light
+  // left by a shadow there, 0 for the sky.
   struct Spot {
     float u = 0, w = 0, clear = 0;
   };

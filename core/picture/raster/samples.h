@@ -1,4 +1,4 @@
-// Which surface is seen where: four samples a pixel, each with the nearest surface and its depth.
+// Visibility samples: four a pixel, each with the nearest surface and its depth.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Where the key light does not arrive: on surfaces by a map of depths as the light sees them, on
-// the ground by a map of what lies above it, the softer the higher.
+// Shadows of the key light: on surfaces by a shadow map, on the ground by a map of what lies above
+// it, the softer the higher.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ class GroundShadow {
 
   // 0 .. 1, at the point of the ground that is u, w away from its origin.
   float dark(float u, float w) const;
-  // Which pixels may be dark.
+  // The pixels that may be dark.
   Rect bounds(const Projection& projection, int width, int height) const;
 
  private:

@@ -32,8 +32,8 @@ bool LammpsFrames::read(T* values, std::size_t count) {
   return stream_.gcount() == bytes;
 }
 
-// As its tools/binary2txt.cpp reads it, revision 2: a name, the order of bytes, the revision, the
-// step, the box, the names of the columns.
+// The header as LAMMPS's tools/binary2txt.cpp reads it, revision 2: a name, the order of bytes, the
+// revision, the step, the box, the names of the columns.
 bool LammpsFrames::read_head() {
   constexpr std::int64_t kLongestName = 64;
   const std::string wanted = "id x y z vx vy vz fx fy fz";

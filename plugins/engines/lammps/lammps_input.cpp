@@ -32,7 +32,7 @@ struct LawHash {
   }
 };
 
-// What has to be known of the scene before its first line is written.
+// Properties of the scene that have to be known before its first line is written.
 class Survey {
  public:
   explicit Survey(const Exchange& scene);
@@ -93,7 +93,8 @@ void Survey::count_springs(const Exchange& scene) {
                "at most " + std::to_string(kMostSpringsOfOne) + " may; or run it here"});
 }
 
-// Never flat, never with a particle on its side, however large the coordinates are.
+// Finds a box that is never flat and has no particle on its sides, however large the coordinates
+// are.
 void Survey::find_box(const Exchange& scene) {
   double most = 0;
   for (int i = 0; i < scene.particles(); ++i) {

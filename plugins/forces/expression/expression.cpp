@@ -127,7 +127,7 @@ class OfParticles final : public sim::Force {
   std::vector<std::vector<double>> own_;  // of all particles, in whole vectors
 };
 
-// Whether the energy can be read as that of a pair: it names r, and gives it no meaning of its own.
+// True if the energy can be read as that of a pair: it names r without defining it.
 bool reads_distance(const sim::Params& params, const Carried& carried) {
   std::vector<std::string> inputs = {"r", "t"};
   const OfBoth both(carried);

@@ -1,4 +1,4 @@
-// How an elastic solid resists: the energy of a deformation F = dx/dX, and its derivatives.
+// Constitutive laws of elastic solids: the energy of a deformation F = dx/dX, and its derivatives.
 #pragma once
 
 #include "core/math/mat3.h"
@@ -29,7 +29,7 @@ Mat3 green_strain(const Mat3& F);  // (F^T F - 1) / 2
 
 double energy_density(const ConstitutiveLaw& law, const Mat3& F);  // J/m^3
 
-// How the first stress P = d(energy density)/dF of a deformation F changes with it.
+// The derivative of the first Piola-Kirchhoff stress P = d(energy density)/dF at a deformation F.
 class StressSlope {
  public:
   StressSlope(const ConstitutiveLaw& law, const Mat3& F);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSide = 8;  // cells of a block
 
-// Whether all its points have a volume of one sign, which is more than rounding.
+// True if the volumes at all its points have one sign and exceed rounding.
 bool has_volume(std::span<const int> ids, const PlaceOf& at) {
   double longest = 0;
   for (const int id : ids) longest = std::max(longest, (at(id) - at(ids[0])).norm());

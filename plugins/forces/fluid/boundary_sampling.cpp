@@ -117,7 +117,7 @@ bool is_inside(const RigidShape& mesh, const Vec3& p) {
   return half_angles > std::numbers::pi;
 }
 
-// Those that are not near one before them.
+// A set of points with a least distance: a point near an earlier one is refused.
 class Apart {
  public:
   explicit Apart(double least) : least_(least) {}

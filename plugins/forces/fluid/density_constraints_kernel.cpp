@@ -9,7 +9,7 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// Those of a place and of the ones behind it.
+// Gathers the vectors of consecutive places, from `first` on.
 SIM_INLINE V3<double> gather_from(const double* of, int first) {
   std::int32_t place[kDoubles];
   for (int lane = 0; lane < kDoubles; ++lane) place[lane] = first + lane;

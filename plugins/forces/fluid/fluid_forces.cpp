@@ -116,7 +116,7 @@ void FluidForces::bind(const ParticleView& initial) {
                ", or set them further apart");
 }
 
-// What the lists are made of: the fluid's own particles.
+// The view of the fluid's own particles, from which neighbour lists are made.
 ParticleView FluidForces::own(const ParticleView& view, ThreadPool* pool) {
   if (ids_.empty()) return view;
   const auto n = static_cast<int>(ids_.size());

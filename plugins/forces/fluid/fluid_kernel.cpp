@@ -8,7 +8,7 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-// Of a pair: q = r/h, its inverse, and u = 1 - q/2; w = u^4 (2 q + 1), w'/q = -5 u^3.
+// The kernel of a pair: q = r/h, its inverse, and u = 1 - q/2; w = u^4 (2 q + 1), w'/q = -5 u^3.
 struct Kernel {
   Doubles scale;  // 1/h^2
   SIM_INLINE explicit Kernel(const FluidLaw& law)
@@ -22,7 +22,7 @@ struct Kernel {
       return uu * uu * fma(splat<double>(2), q, splat<double>(1));
     }
     SIM_INLINE Doubles cube() const { return u * u * u; }
-    // Of A and of -A/(2 h^2): the potential of surface tension, and its slope over r.
+    // The potential of surface tension in units of A, and its slope over r in units of -A/(2 h^2).
     SIM_INLINE Doubles tie() const {
       return u * u * u * fma(splat<double>(1.125), u, splat<double>(-1));
     }
@@ -92,7 +92,7 @@ struct Own {
     }
   }
 
-  // Of the places that are d before these.
+  // The gaps of the neighbours that are d away.
   SIM_INLINE Doubles gap_of(int wall, const V3<double>& d, const std::int32_t* slot) const {
     if (!plane[wall]) {
       double gaps[kDoubles];

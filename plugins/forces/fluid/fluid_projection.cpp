@@ -79,7 +79,7 @@ ParticleView FluidProjection::own(const ParticleView& view) {
   return result;
 }
 
-// Of those that are free: what is held is as dense as it is.
+// The density error of free particles; that of fixed ones cannot be corrected.
 bool FluidProjection::meets_error() {
   const double* const density = rows_.densities();
   double sum = 0;

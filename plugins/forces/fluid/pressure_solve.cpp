@@ -56,7 +56,7 @@ bool PressureSolve::solve(const DensityConstraints& rows, const double* b, const
     most = std::max(most, inverse_.data()[k]);
   }
   double largest = largest_ * most;  // eigenvalue of A; more where it is denser, as products show
-  // Of what may change: those above 0, and those that want to get there.
+  // The gradient of the free set, pressures above 0, and of those at 0 that want to rise.
   const auto free = [&](int i) { return p[i] > 0 ? g[i] : 0.0; };
   const auto chopped = [&](int i) { return p[i] > 0 ? 0.0 : std::min(g[i], 0.0); };
   multiply(rows, p, g, pool);

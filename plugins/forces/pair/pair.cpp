@@ -8,7 +8,7 @@ namespace {
 
 using sim::PairLaw;
 
-// How each potential calls the parameters of its law.
+// The names of the parameters of each potential.
 struct Choice {
   const char* name;
   PairLaw::Kind kind;

@@ -36,7 +36,7 @@ std::vector<double> periodic_table(std::int64_t seed, int wave) {
   return table;
 }
 
-// Of any number, in [0, period).
+// Reduces any number to [0, period).
 double reduced(double s, double period) {
   if (!(std::fabs(s) < 0x1p50)) return 0;
   const double rest = s - period * std::floor(s / period);

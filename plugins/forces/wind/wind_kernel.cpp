@@ -34,7 +34,7 @@ SIM_INLINE Doubles rounded(Doubles v) {
 // The knot below v, or v - 1 if v is one: b is the same from both sides.
 SIM_INLINE Doubles knot_of(Doubles v) { return rounded(v - splat<double>(0.5)); }
 
-// velocity += e b(k.x + s). What is far away or not a number takes b at 0.
+// velocity += e b(k.x + s). Points far away or not finite take b at 0.
 SIM_INLINE void add_wave(const AirWave& wave, const V3<double>& x, V3<double>& velocity) {
   const Doubles zero{}, period = splat<double>(wave.period);
   Doubles place = dot(splat3(wave.k), x) + splat<double>(wave.s);
@@ -60,7 +60,7 @@ SIM_INLINE void add_wave(const AirWave& wave, const V3<double>& x, V3<double>& v
   velocity = scaled(b, splat3(wave.e), velocity);
 }
 
-// What is the same for all triangles of a sweep, where no store can change it.
+// Data shared by all triangles of a sweep, in a place that no store can change.
 struct Wind {
   Doubles normal, tangential;  // of a third of the force
   bool linear;
@@ -136,7 +136,7 @@ SIM_INLINE void fill(const Wind& wind, const double* const q[3], const double* c
   }
 }
 
-// What the runs give to the particles from i on, whose block stands at `turn`.
+// The sums of the rings for the particles from i on, whose block is at `turn`.
 SIM_INLINE V3<double> sum_of(std::span<const TriangleRing> rings, std::int64_t turn) {
   V3<double> sum{};
   for (const TriangleRing& ring : rings) {

@@ -32,7 +32,7 @@ SIM_PLUGIN(Integrator, "bdf") {
                  "(1980), ACM TOMS 6, 295-318",
        .params = params()},
       [](const sim::Params& given) {
-        // Where the system has no use for tolerances, its equations a hundred times better.
+        // A system that does not use tolerances has its equations solved a hundred times better.
         constexpr double kPart = 1e-2, kMost = 1e-4, kLeast = 1e-12;
         const sim::Tolerance tolerance = sim::tolerance_of(given);
         sim::StageOptions options{.order = sim::Bdf::kMostOrder};

@@ -152,7 +152,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
 
 Advance AdaptiveImplicit::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/,
                                   const double* x, double* x_next) {
-  // What was recalled has to be of this time.
+  // A recalled step is used only if it contains this time.
   if (fresh_ || !(t_ <= t + h && t <= t_ + h_ + 0.01 * (h + h_))) begin(system, t, h, x);
   fresh_ = false;
   const double slack = events_ ? 1e-12 * h : 0;  // of the step that is to end there

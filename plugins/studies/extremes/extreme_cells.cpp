@@ -33,7 +33,7 @@ SystemSpec hanging_particle(double stiffness, double mass, double offset) {
   return spec;
 }
 
-// How far the particle has moved down at t: 2 m g / k sin^2(w t / 2), without cancellation.
+// The fall of the particle at t: 2 m g / k sin^2(w t / 2), without cancellation.
 double moved(const ExtremeCell& cell, double t) {
   const double half = 0.5 * std::sqrt(cell.stiffness / cell.mass) * t;
   if (half < 1e-4) return 0.5 * kGravity * t * t;

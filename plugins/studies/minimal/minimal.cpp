@@ -20,7 +20,7 @@ namespace {
 using study::Look;
 using study::RunDistance;
 
-// Of all systems of a scene, in their order.
+// The looks at all systems of a scene, in their order.
 struct Looks {
   std::vector<Look> systems;
 
@@ -46,7 +46,7 @@ struct Row {
   bool within = false;
 };
 
-// Of that of the system which changes most; not a number where none has one.
+// The largest change of one kind over all systems; not a number if none has one.
 double worst(const std::vector<RunDistance>& changes, double RunDistance::*what) {
   double most = std::nan("");
   for (const RunDistance& each : changes)

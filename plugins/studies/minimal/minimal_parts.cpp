@@ -92,7 +92,8 @@ std::string simpler(const std::string& now, const std::vector<study::Problem>& p
   return best ? best->name : "";
 }
 
-// Of all systems together, where they have one step or one method: options of a run hold for all.
+// Adds reductions of the step and the method if all systems share one: options of a run hold for
+// all.
 void add_method(const StudiedScene& scene, const std::vector<study::Problem>& problems,
                 std::vector<Part>& parts) {
   const auto all = [&](auto holds) { return std::ranges::all_of(scene.systems, holds); };

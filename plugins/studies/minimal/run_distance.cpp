@@ -82,7 +82,7 @@ Place at(const std::vector<double>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-// Where each particle of a scene stands in its box, 0 to 1 along each axis.
+// The position of each particle of a scene in its box, 0 to 1 along each axis.
 std::vector<Place> in_box(const std::vector<double>& values, Place& extent) {
   Place low, high;
   low.fill(HUGE_VAL);
