@@ -20,10 +20,10 @@
 namespace sim::cli {
 namespace {
 
-// Steps between states for the work of drag. Of few particles each, so that what lies on the disk
-// stays a matter of gigabytes; of many as often as our own runs look (see EnergyBalance), but one
-// process writes what all of them compute: the more there are the fewer, and of an unknown number
-// those that the verdict looks at are enough.
+// Steps between states for the work of drag. Scenes of few particles write often, within gigabytes
+// of disk; scenes of many as often as our own runs look (see EnergyBalance), but one process writes
+// the states of all: the more processes, the fewer states, and for an unknown number the states of
+// the verdict are enough.
 std::int64_t work_stride(const Track& track, std::int64_t steps, int ranks) {
   constexpr double kMostFrames = 1e5, kMostBytes = 2e9;
   constexpr int kParticlesPerStep = 2048, kMostSteps = 16;

@@ -38,7 +38,7 @@ struct PageFiles {
   JsonObject texts;   // by name
 };
 
-// The scene and the modules beside it. Those that come with sim are in the page already.
+// The scene and the modules beside it; the modules of sim are in the page already.
 PageFiles files_of(const RunRequest& request, const LoadedScene& scene,
                    const Environment& environment) {
   PageFiles files;

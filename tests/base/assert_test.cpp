@@ -18,7 +18,7 @@ struct End {
   std::string err;
 };
 
-// What becomes of a child that does that.
+// The end of a child process that does this work.
 template <class Work>
 End end_of(const Work& work) {
   int ends[2];

@@ -1,4 +1,4 @@
-// What the program advises for each number of an error of the system.
+// The program's advice for each error number of the system.
 #include "core/base/system_failure.h"
 
 #include <catch2/catch.hpp>

@@ -53,7 +53,7 @@ ClothContest in_folds(int n, sim::Registry& registry) {
           .sample = 0.5};
 }
 
-// How deep particles are in the sphere, how long springs, and how often surfaces cross.
+// The depth of particles in the sphere, the lengths of springs, and the count of intersections.
 void judge(const sim::Simulation& ours, const sim::SystemSpec& spec, const std::vector<double>& x,
            ContactResult& result) {
   const sim::PartSpec& sphere = spec.colliders.front();

@@ -17,7 +17,7 @@ namespace {
 // Below this, a few pages more or less would decide the bytes a particle.
 constexpr int kLeastSideForMemory = 128;
 
-// As a run does when nobody looks between the steps.
+// Takes steps like a run that nobody observes.
 void take_steps(sim::Simulation& simulation, long count) {
   while (count > 0) {
     const int taken = simulation.steps(count);

@@ -36,7 +36,7 @@ struct KernelResult {
   double million_steps() const { return particles() / times.median * 1e-6; }
 };
 
-// Those asked for, or the usual methods that the registry has.
+// The methods asked for, or the usual ones that the registry has.
 std::vector<sim::MethodChoice> choose_integrators(const Options& options, sim::Registry& registry);
 
 std::vector<KernelResult> measure_kernel(const Options& options, sim::Registry& registry);

@@ -1,4 +1,4 @@
-// What the machine itself can do, measured: the limits that the kernel is compared with.
+// The measured limits of the machine itself, with which the kernel is compared.
 #pragma once
 
 #include <string>

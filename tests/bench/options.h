@@ -1,4 +1,4 @@
-// What `sim_bench` is asked to do.
+// The options of `sim_bench`.
 #pragma once
 
 #include <string>

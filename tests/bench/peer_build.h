@@ -1,4 +1,4 @@
-// Which peers there are, what they need, and how they are built.
+// The peers, their requirements, and the way they are built.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace sim_bench {
 
-// How closely a peer follows our method with the same step.
+// The accuracy with which a peer follows our method at the same step.
 enum class Accuracy {
   kSame,        // the same method: rounding only
   kThirdOrder,  // a method of third order instead of fourth

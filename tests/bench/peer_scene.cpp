@@ -11,7 +11,7 @@
 namespace sim_bench {
 namespace {
 
-// What the scene gives to the first force of that name; null when it gives nothing.
+// The value that the scene gives to the first force of that name; null if it gives none.
 const sim::Value* find_value(const sim::SystemSpec& spec, const std::string& plugin,
                              const std::string& name) {
   for (const sim::PartSpec& part : spec.forces)

@@ -16,7 +16,7 @@ namespace sim_bench {
 void write_scene(const std::filesystem::path& path, const sim::SystemSpec& spec,
                  const sim::Simulation& simulation);
 
-// Of the surfaces that may not pass through themselves; none without contact.
+// The triangles of surfaces that may not pass through themselves; none without contact.
 std::vector<std::array<int, 3>> triangles_in_contact(const sim::SystemSpec& spec);
 
 // Cubes on the plane y = 0 instead, at rest.

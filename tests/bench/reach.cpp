@@ -6,7 +6,7 @@
 namespace sim_bench {
 namespace {
 
-// What a particle is: position, velocity and mass.
+// The state of a particle: position, velocity and mass.
 constexpr double kSceneBytes = 7 * sizeof(double);
 
 const KernelResult* find(const std::vector<KernelResult>& results, int n, const std::string& method,

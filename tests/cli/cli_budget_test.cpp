@@ -149,7 +149,7 @@ TEST_CASE("the prompt has a budget for each line", "[cli][budget]") {
       run_sim({"--lua-budget", "steps=1e6", "-e", "x = 5", "-e", "while true do end"}, repl);
   CHECK(outcome.code == 3);
   CHECK(has(outcome.err, "Lua takes too long"));
-  // What the kernel does meanwhile is no time of Lua.
+  // The kernel's time between calls does not count as Lua's.
   const Outcome run = run_sim(
       {"--lua-budget", "time=0.05", "-e", "for i = 1, 20 do step(1000) end", "-e", "t()"}, repl);
   CHECK(run.code == 0);

@@ -37,7 +37,7 @@ TEST_CASE("sim compare sets methods side by side, each with its own error") {
   CHECK(methods[2].at("steps").number == 200);
   // Whole steps alone, not what shortened ones took to be at the times of the frames.
   CHECK(methods[0].at("evaluations").number == 400);
-  // As tradeoff tells the same error, from another place.
+  // The study tradeoff reports the same error by another path.
   const Outcome points = run_sim({"tradeoff", "scenes/pendulum1.lua", "-T", "1", "--integrators",
                                   "rk4", "--json", "--progress", "off"});
   const Json tradeoff = JsonReader(points.out).read();
@@ -70,7 +70,7 @@ TEST_CASE("sim compare judges by what the scene observes, too") {
     CHECK(methods[0].at("off").number > 10 * methods[1].at("off").number);
     CHECK(methods[1].at("off").number > 1e-9);
   }
-  // As a run tells it.
+  // A run reports the same figure.
   const Json mean = compared("mean sag");
   const Outcome run = run_sim(
       {"scenes/pendulum.lua", "-T", "2", "-i", "rk4", "-d", "0.01", "--of", "mean sag", "--json"});

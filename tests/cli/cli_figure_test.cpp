@@ -86,7 +86,7 @@ TEST_CASE("of a chaotic scene a mean is known where positions are not") {
   const Json mean = study("mean z");
   CHECK(mean.at("comparable").number == 60);
   CHECK(mean.at("figure").number == Approx(23.5).margin(1));  // of the attractor
-  // How well it is known at all is more than roundings, and no error that is claimed is below it.
+  // The uncertainty of the figure exceeds rounding, and no claimed error is below it.
   const double known = mean.at("reference").at("error").number;
   CHECK(known > 1e-4);
   REQUIRE(mean.at("recommended").kind != Json::Kind::kNull);

@@ -102,7 +102,7 @@ TEST_CASE("the file beside an H5MD file says where its numbers lie") {
   need_h5py();
   const Here here;
   REQUIRE(here.sim({"-q", "-T", "0.02", "--out", "a.h5"}).code == 0);
-  // As a reader of XDMF does it: the piece of the array that each grid names.
+  // Reads the XDMF as ParaView does: the part of the array that each grid names.
   const Outcome read = here.python(R"py(
 import h5py, numpy as np, xml.etree.ElementTree as xml
 f = h5py.File('a.h5', 'r')
@@ -195,7 +195,7 @@ TEST_CASE("what is exported as H5MD comes back as the same scene") {
     return row.substr(row.find(',', row.find(',') + 1));
   };
   for (std::size_t i = 1; i < 65; ++i) CHECK(state(theirs[i]) == state(mine[mine.size() - 65 + i]));
-  // What a file has not is said.
+  // Parts missing from a file are reported.
   REQUIRE(here.sim({"export", "scenes/cloth_ball.lua", "--format", "h5md", "-q", "b.h5"}).code ==
           0);
   CHECK_THAT(here.sim({"import", "b.h5", "--out", "b.lua"}).err,

@@ -1,4 +1,4 @@
-// What a run leaves behind that is killed, hung up or fails: nothing.
+// A run that is killed, hung up or fails leaves nothing behind.
 #include <catch2/catch.hpp>
 
 #include <sys/file.h>

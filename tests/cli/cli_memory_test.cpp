@@ -79,7 +79,7 @@ TEST_CASE("memory that runs out ends a run with an error and whole files", "[cli
       const TemporaryFolder place;
       const Outcome outcome = run_sim(arguments, starved(place.path(), at, for_ever));
       INFO("allocation " << at << (for_ever ? " and all after it: " : ": ") << outcome.err);
-      // What the loader of libraries lacks memory for is a library that it cannot open.
+      // A loader without memory cannot open a library.
       CHECK((outcome.code == 0 || outcome.code == 5 || outcome.code == 7));
       if (outcome.code == 5)
         CHECK((has(outcome.err, "out of memory") || has(outcome.err, "Cannot allocate memory")));

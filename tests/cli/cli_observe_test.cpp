@@ -1,4 +1,4 @@
-// What a scene observes, in tables and beside the shadow; and runs that end at the time asked for.
+// Observables in tables and beside the refined run; and runs that end at the time asked for.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -155,7 +155,7 @@ TEST_CASE("a run ends at the time asked for, and its other steps keep their bits
   const Outcome report = run_sim({"-d", "0.003", "-T", "0.01"});
   CHECK(report.out.find("4 steps to t = 0.01 s, the last after 0.001 s") != std::string::npos);
   CHECK(run_sim({"-d", "0.005", "-T", "0.01"}).out.find("the last after") == std::string::npos);
-  // What keeps earlier steps begins anew for it, and says so.
+  // A method that keeps earlier steps restarts for this, and says so.
   const auto told = [&](const std::string& time, const std::string& method) {
     return run_sim({"-i", method, "-d", "0.003", "-s", "n=3", "-T", time});
   };

@@ -37,7 +37,7 @@ Number number_at(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-// Of a table that the program wrote: the rows of one step.
+// The rows of one step in a table that the program wrote.
 std::vector<std::array<double, 3>> dumped(const fs::path& file, const std::string& step) {
   std::vector<std::array<double, 3>> rows;
   std::istringstream in(bytes_of(file));
@@ -206,7 +206,7 @@ TEST_CASE("a state that left the numbers leaves a picture of what was before") {
   CHECK(files_of(folder.path()) == std::vector<std::string>{"a.png"});
 }
 
-// What ./dev pictures makes, small.
+// The pictures of ./dev pictures, small.
 TEST_CASE("the pictures of the README can be made again") {
   const TemporaryFolder folder;
   ProgramOptions script;

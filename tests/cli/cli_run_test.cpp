@@ -1,4 +1,4 @@
-// What a run says and how it ends.
+// The output of a run, and its end.
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <iterator>
@@ -256,7 +256,7 @@ TEST_CASE("the verdict is part of the report, wherever the words go") {
   const Outcome outcome = run_sim({"-n", "20"});
   CHECK(outcome.err.rfind("trusted: ", 0) == 0);
   CHECK(lines_of(outcome.out).back() + "\n" == outcome.err);
-  // Where standard output is data it holds nothing else.
+  // Standard output with data has nothing else in it.
   for (const char* data : {"--dump", "--energy", "--json"}) {
     const Outcome table = run_sim({"-n", "20", data});
     CHECK(table.out.find("trusted: ") == std::string::npos);
@@ -333,7 +333,7 @@ TEST_CASE("--check turns a limit into exit code 8") {
     CHECK(outcome.code == 8);
     CHECK(outcome.err.rfind("sim: error: check failed: cloth, ", 0) == 0);
   }
-  // What cannot be told has not been kept; a run that diverged is worse than that.
+  // A bound that cannot be checked counts as missed; a run that diverged is worse than that.
   CHECK(run_sim({"scenes/circle.lua", "--check", "energy=1%", "-q"}).code == 8);
   CHECK(run_sim({"-i", "euler", "--check", "energy=1%", "-q"}).code == 4);
   for (const char* wrong :

@@ -181,7 +181,7 @@ TEST_CASE("sim tradeoff recommends, and writes every point and a plot") {
   CHECK(svg.find("nan") == std::string::npos);
   CHECK(svg.find("inf") == std::string::npos);
 
-  // What it says can be run as it stands.
+  // The recommended command can be run as it stands.
   const Outcome text = run_sim(words);
   const std::string command = choice.at("command").text;
   REQUIRE(text.out.find("recommended for 0.001 m: off by ") != std::string::npos);

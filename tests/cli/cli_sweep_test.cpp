@@ -187,7 +187,7 @@ void write_falling(const fs::path& folder) {
 const std::vector<std::string> kFalls{"sweep",       "fall.lua", "--over", "mass=1,2",
                                       "--no-verify", "--out",    "t.csv"};
 
-// How many of the two cases were kept.
+// The number of the two cases that were kept.
 int kept(const Outcome& outcome) {
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
@@ -335,7 +335,7 @@ TEST_CASE("the cases of a sweep end when it is killed") {
 
 namespace {
 
-// How an option of a sweep is tried: what it is compared with, and whether rows depend on it.
+// A trial of an option of a sweep: the words compared, and whether rows depend on it.
 struct Trial {
   std::vector<std::string> without, with;
   bool changes_rows;

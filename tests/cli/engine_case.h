@@ -52,7 +52,7 @@ struct Apart {
   double x = 0, v = 0;  // m, m/s
 };
 
-// Of two tables of states with the same head, steps, times and particles.
+// The differences of two tables of states with the same head, steps, times and particles.
 inline Apart apart(const std::filesystem::path& a, const std::filesystem::path& b) {
   const auto mine = lines_of(read_text(a)), theirs = lines_of(read_text(b));
   REQUIRE(mine.size() == theirs.size());

@@ -12,7 +12,7 @@ using namespace sim_test;
 
 namespace {
 
-// As in a shell that finds the programs.
+// Runs a line in a shell that finds the programs.
 Outcome shell(const std::string& line, const std::filesystem::path& folder) {
   const std::string bin = std::filesystem::path(SIM_BINARY).parent_path().string();
   return run_sim({"-c", line}, {.program = "/bin/sh",

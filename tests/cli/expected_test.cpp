@@ -27,7 +27,7 @@ std::string with_names(std::string text) {
   return text;
 }
 
-// Whether a line says how long something takes, where the machine is slow.
+// True if a line tells a duration, which depends on the machine.
 bool tells_of_time(const std::string& line) {
   return line.starts_with("sim: note: ") &&
          (line.find("Ctrl-C ends it with what it has") != std::string::npos ||

@@ -67,7 +67,7 @@ std::vector<std::string> tokens_of(const std::string& lua) {
   return tokens;
 }
 
-// Why a literal is not of a type; empty if it may be, or is no literal.
+// The reason why a literal is not of a type; empty if it may be, or is no literal.
 bool may_be(const std::string& value, const std::string& next, const std::string& type) {
   const bool literal = next == "," || next == "}" || next == ";";
   const auto has = [&](const char* word) { return type.find(word) != std::string::npos; };

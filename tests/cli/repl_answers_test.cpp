@@ -1,4 +1,4 @@
-// What a prompt answers of a scene, and what it keeps of a session.
+// Answers of a prompt about a scene, and the record of a session.
 #include <catch2/catch.hpp>
 #include <csignal>
 

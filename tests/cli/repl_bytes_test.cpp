@@ -13,7 +13,7 @@ using namespace sim_test;
 
 namespace {
 
-// How the program ended after the bytes, and SIGTERM: as a shell says it.
+// The exit status of the program after the bytes, and SIGTERM, as a shell reports it.
 int end_after_bytes(unsigned seed, const std::string& folder) {
   std::minstd_rand random(seed);
   int terminal = -1;

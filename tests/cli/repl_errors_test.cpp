@@ -1,4 +1,4 @@
-// What goes wrong in a session: the exit code, the place, and the state that is left.
+// Errors in a session: the exit code, the location, and the state that is left.
 #include <catch2/catch.hpp>
 #include <random>
 

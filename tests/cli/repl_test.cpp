@@ -14,7 +14,7 @@ Outcome session(const std::string& input, std::vector<std::string> arguments = {
   return run_sim(arguments, {.program = SIM_REPL_BINARY, .input = input});
 }
 
-// What a session says that goes well.
+// The output of a session without errors.
 std::string output(const std::string& input, std::vector<std::string> arguments = {}) {
   const Outcome outcome = session(input, std::move(arguments));
   INFO(input);

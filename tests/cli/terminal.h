@@ -51,7 +51,7 @@ class PlainTerminal {
     if (write(terminal_, text.data(), text.size()) < 0) throw std::runtime_error("cannot type");
   }
 
-  // What it said since the last call, up to `end`; without carriage returns. Gives up after 20 s.
+  // The output since the last call, up to `end`; without carriage returns. Gives up after 90 s.
   std::string wait_for(const std::string& end) {
     const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(90);
     while (!text_.ends_with(end)) {

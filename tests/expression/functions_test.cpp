@@ -86,7 +86,7 @@ TEST_CASE("elementary functions of expressions at the ends of their range") {
   CHECK(evaluate(Op::kSign, -3) == -1);
   CHECK(evaluate(Op::kSign, 0) == 0);
 
-  // What has no value is not a number, and stays so.
+  // A function without a value gives not-a-number, which propagates.
   CHECK(std::isnan(evaluate(Op::kSqrt, -1)));
   CHECK(std::isnan(evaluate(Op::kLog, -1)));
   CHECK(std::isnan(evaluate(Op::kPower, -1, 0.3)));

@@ -23,7 +23,7 @@ sim::Registry& registry() {
 
 namespace {
 
-// What a session writes goes into a folder of its own.
+// A folder of its own for the files that a session writes.
 struct Folder {
   Folder() {
     char name[] = "/tmp/sim_fuzz_XXXXXX";

@@ -1,4 +1,4 @@
-// What a fuzzer of ./dev fuzz does with its bytes. Errors that are meant for users are no finding.
+// The targets of ./dev fuzz: each takes bytes. Errors that are meant for users are no finding.
 #pragma once
 
 #include <string_view>

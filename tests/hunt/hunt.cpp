@@ -38,7 +38,7 @@ State numbers_of(const sim::Simulation& system) {
   return numbers;
 }
 
-// What both are compared in: points of space, or single numbers.
+// The space in which both are compared: points, or single numbers.
 struct Geometry {
   bool particles;
   std::size_t stride() const { return particles ? 6 : 1; }

@@ -13,7 +13,7 @@
 
 namespace sim_test {
 
-// How far the run really was from the solution.
+// The true distance of the run from the solution.
 enum class Truth { kRight, kBetween, kWrong, kWrongAndChaotic, kUnknown };
 
 struct Case {

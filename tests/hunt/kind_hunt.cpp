@@ -21,7 +21,7 @@ using State = std::vector<double>;
 
 constexpr int kFrames = 20;
 constexpr double kWrongShare = 0.05, kRightShare = 1e-3;
-// How much of an error, and of the size, two references may differ by to know it.
+// The share of an error, and of the size, by which two references may differ to be accepted.
 constexpr double kKnown = 0.25, kKnownShare = 2e-4;
 
 double distance(const State& a, const State& b, std::size_t width) {

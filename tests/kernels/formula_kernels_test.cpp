@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const double kNan = std::nan("");
 
-// What an operation gives, and how many units in the last place the kernel may be off.
+// The exact value of an operation, and the error allowed to the kernel in units in the last place.
 struct Exact {
   double value;
   double ulps = 0;

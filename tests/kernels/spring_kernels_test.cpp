@@ -78,7 +78,7 @@ void for_each_run(int items, const Check& check) {
   }
 }
 
-// Whether a spring with this d pulls or pushes, said without the code under test.
+// True if a spring with this d pulls or pushes, independently of the code under test.
 bool acts(SpringSense sense, const Vec3& d, double rest) {
   const double length = std::hypot(d[0], d[1], d[2]);
   if (sense == SpringSense::kTension) return !(length < rest);

@@ -166,7 +166,7 @@ bool names_line(const Error& error, const Attack& attack, int first) {
   return where.ends_with("scene.lua:" + std::to_string(first + attack.line - 1));
 }
 
-// What happens to a scene, and to all that its functions do in a step.
+// The error of a scene, and of all that its functions do in a step.
 std::optional<Error> attacked(Registry& registry, const std::string& text, bool step) {
   const SceneFolder folder;
   try {
@@ -246,7 +246,7 @@ TEST_CASE("a hostile line at the prompt ends, and the next one goes on", "[lua][
   }
 }
 
-// What a stopped coroutine has to close would run without an end.
+// The close handlers of a stopped coroutine would run without an end.
 TEST_CASE("a stopped coroutine cannot be closed", "[lua][attack]") {
   Registry registry({SIM_PLUGIN_DIR});
   Prompt prompt({search_path(), {}, 0, kLimits}, registry, [](const std::string&) {});

@@ -1,4 +1,4 @@
-// What sim.contact says of its mistakes, and what its scenes do.
+// Errors of sim.contact, and the behaviour of its scenes.
 #include "core/particles/constraints/constraint_system.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "tests/lua/scene_text.h"

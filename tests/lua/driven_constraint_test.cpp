@@ -23,7 +23,8 @@ std::string pendulum(const std::string& constraint) {
          "integrator = 'rk4', dt = 0.01, duration = 1 }\n";
 }
 
-// How far E + W goes from its start in 1 s of a step h, and the most that was given, both in J.
+// The largest deviation of E + W from its start in 1 s with step h, and the largest supplied work,
+// J.
 struct Balance {
   double off = 0, given = 0;
 };

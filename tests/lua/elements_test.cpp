@@ -1,4 +1,4 @@
-// What a scene joins and acts on: ties of any arity, grids of three directions, surfaces, groups.
+// Elements of a scene: ties of any arity, grids of three directions, surfaces, groups.
 #include <cmath>
 
 #include "core/particles/elements/triangle_mesh.h"

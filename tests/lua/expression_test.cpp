@@ -213,7 +213,7 @@ TEST_CASE("ties without length and far apart have the force of a spring", "[lua]
   CHECK(went);
   CHECK(far.x() == Approx(-0.6e-5 * 0.5).epsilon(1e-9));
   CHECK(pair("{3e-200, 4e-200, 0}", "r").first);
-  // What has no value at r = 0 is no force of 0.
+  // An energy without a value at r = 0 is no force of 0.
   CHECK_FALSE(pair("{0, 0, 0}", "1/r").first);
 }
 

@@ -122,7 +122,7 @@ TEST_CASE("the force that was not a number is named, not where that spread to", 
   CHECK(found->name == "lua");
   CHECK(found->place.ends_with("scene.lua:8"));
   CHECK(found->particle == 2);
-  // What only overflows is the step's doing, not a force's.
+  // Overflow is the fault of the step, not of a force.
   CHECK_FALSE(
       blamed("sim.force.spring { stiffness = 1e9, rest = 1, ties = { {0, 1}, {1, 2} } }, "
              "sim.force.expression { 'x^2' }"));

@@ -59,7 +59,7 @@ TEST_CASE("a scene whose steps call Lua says that it knows no threads", "[lua][f
   CHECK(
       with("forces = {}, constraints = { sim.constraint.on_curve { particles = {0}, curve = "
            "function(s) return {s, 0, 0} end } }"));
-  // What observes, and an exact solution, is asked between steps.
+  // Observers and an exact solution are evaluated between steps.
   CHECK(
       !with("forces = { sim.force.gravity {} }, observe = { x = function(s) return "
             "s:position(0)[1] end }, exact = function(t) return {0, 0, 0} end"));

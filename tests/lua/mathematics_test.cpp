@@ -58,7 +58,7 @@ TEST_CASE("functions of math are our own") {
   run(lines);
 }
 
-// Where the power of the C library has another last bit: there Lua must not take that.
+// Lua must not use the power of the C library, whose last bit may differ.
 TEST_CASE("the operator ^ is our own: of constants, of variables and of texts") {
   std::mt19937_64 generator(1);
   std::uniform_real_distribution<double> base(0.1, 10), exponent(-5, 5);

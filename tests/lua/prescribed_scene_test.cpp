@@ -83,7 +83,7 @@ TEST_CASE("adaptive methods keep their tolerance beside a particle that is led",
   }
 }
 
-// What is given to the oscillator by the spring's end.
+// The energy that the spring's end supplies to the oscillator.
 TEST_CASE("the work of a path is in the balance of energy", "[lua][lead]") {
   Registry registry({SIM_PLUGIN_DIR});
   const std::string damped =

@@ -1,4 +1,4 @@
-// What a scene cannot reach, and what never ends the program.
+// The sandbox: what a scene cannot reach, and attacks that never end the program.
 #include "tests/lua/scene_text.h"
 
 using namespace sim;

@@ -88,7 +88,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-// What is refused in a scene of this text, as people read it behind its place.
+// The refusal of a scene of this text, as users read it after its location.
 inline std::string said(const std::string& text) {
   const auto error = text_error(text);
   REQUIRE(error);

@@ -1,4 +1,4 @@
-// What the scenes of the project say, and how scene files become plain data.
+// The scenes of the project, and scene files as plain data.
 #include "tests/lua/scene_text.h"
 
 #include <cmath>

@@ -165,7 +165,7 @@ TEST_CASE("special arguments give what the C library gives") {
     for (const auto& [own, reference] : functions) {
       const double found = own(x), expected = reference(x);
       CAPTURE(x, found, expected);
-      // Where the value is an ordinary number, the C library's last bit may be another.
+      // An ordinary value may differ from the C library's in the last bit.
       CHECK((same(found, expected) || (std::isnormal(expected) && ulps(found, expected) <= 2)));
     }
     for (const double y : special) {

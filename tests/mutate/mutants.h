@@ -1,4 +1,4 @@
-// Which mutant of a build is on, and which were reached; ./dev mutate compiles all with this.
+// The active mutant of a build and the mutants reached; ./dev mutate compiles all with this.
 #pragma once
 
 namespace sim_mutants {

@@ -139,7 +139,7 @@ class Unit:
         self.path = path
         with open(path, 'rb') as file:
             self.source = file.read()
-        # What the file includes is parsed once: PrecompiledPreamble, CreatePreambleOnFirstParse.
+        # Included headers are parsed once: PrecompiledPreamble, CreatePreambleOnFirstParse.
         self.unit = cindex.Index.create().parse(main or path, args=arguments, options=0x104)
         self.known_wrong = self.wrong_now()
 

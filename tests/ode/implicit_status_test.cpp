@@ -1,4 +1,4 @@
-// How an implicit step ends, from how its stages ended and the numbers that they left.
+// The status of an implicit step, from that of its stages and the numbers that they left.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

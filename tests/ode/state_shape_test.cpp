@@ -1,4 +1,4 @@
-// What the numbers of a state are: parts, places, padding.
+// The layout of a state: parts, places, padding.
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -69,7 +69,7 @@ TEST_CASE("the state of particles is positions, velocities and what forces remem
   }
 }
 
-// What a view of a result that is gone at once reads is anything.
+// A view of a temporary shape would dangle.
 template <class Shape>
 concept GivesViews = requires(Shape&& shape) {
   std::forward<Shape>(shape).parts();

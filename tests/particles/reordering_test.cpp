@@ -62,7 +62,7 @@ sim::SystemSpec make_net(const NetOptions& options, std::vector<int>& number) {
   return spec;
 }
 
-// As steppers of the system make it.
+// The numbering as steppers of the system make it.
 sim::Reordering numbering_of(sim::Simulation& simulation) {
   const auto& system = dynamic_cast<sim::ParticleSystem&>(simulation.ode());
   return {system, sim::Reordering::rows_of(system.view(0, simulation.state().data()))};

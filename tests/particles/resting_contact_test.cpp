@@ -1,4 +1,4 @@
-// What lies on planes and spheres is settled many at a time: the bits of one at a time.
+// Resting contacts on planes and spheres, resolved many at a time, have the bits of one at a time.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -109,7 +109,7 @@ class Runner {
                                                std::move(forces), x_.data(), pool_);
   }
 
-  // What a pair gives in some steps: each state, and a combination of all stages of the step.
+  // The output of a pair over some steps: each state, and a combination of all stages of the step.
   std::vector<double> run_pair(int steps, bool fused) {
     const EmbeddedPlan plan(kPair);
     const auto stepper =
@@ -131,7 +131,7 @@ class Runner {
     return values;
   }
 
-  // What a step makes of the state, and what the next step makes of the same.
+  // The result of a step, and of the next step from the same state.
   std::pair<std::vector<double>, std::vector<double>> step_twice(const ExplicitPlan& plan) {
     const auto stepper = system_->explicit_stepper(plan);
     std::pair<std::vector<double>, std::vector<double>> values;

@@ -151,7 +151,7 @@ std::vector<int> shuffled(int n, int window) {
   return number;
 }
 
-// Of every particle, in the order in which a net adds them.
+// The ties of every particle, in the order in which a net adds them.
 std::vector<Ties> sorted_ends(const Ties& list, std::size_t n) {
   std::vector<Ties> ends(n);
   for (const Tie& tie : list) {
@@ -398,7 +398,7 @@ TEST_CASE("a spring of length 0 gives no force, one of rest length 0 exactly -k 
   const Vec3 d(0.1, -0.7, 1e-30);
   CHECK(spring_force(d, 3.0, 0.0) == Vec3(-3.0 * d));
   CHECK(spring_force(Vec3(1e-200, 0, 0), 3.0, 0.0) == Vec3(-3e-200, 0, 0));
-  // So short that 1/|d| overflows.
+  // A length so small that 1/|d| overflows.
   CHECK(spring_factor(Vec3(0, 1e-310, 0), 3.0, 0.5) == 0);
   std::vector<Vec3> tiny(16, Vec3(0, 0, 0));
   tiny[8] = {1e-310, 0, 0};

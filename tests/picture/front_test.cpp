@@ -71,7 +71,7 @@ TEST_CASE("a drag pulls the particle under the pointer, along the screen") {
     REQUIRE(words.size() == 1);
     grabbed += words[0] == "grab " + std::to_string(i);
     const int held = *seen.front->picked();
-    // Where the pointer is, the particle is to be: nowhere else if the pointer rests.
+    // The particle has to be at the pointer: nowhere else if the pointer rests.
     const sim::V3 own = seen.front->pixel(0, held);
     const sim::Vec3 there = place_in(seen.at(What::kMove, own.x, own.y)[0]);
     CHECK((there - seen.system.position(held)).norm() < 1e-5);

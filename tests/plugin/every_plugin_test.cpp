@@ -1,4 +1,4 @@
-// What holds for every plugin there is, old or new: one test a promise, over all names.
+// Promises of every plugin there is, old or new: one test a promise, over all names.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -34,7 +34,7 @@ sim::ErrorText error_of(sim::ErrorKind kind, Action action) {
   return {};
 }
 
-// What load() says of a file, which its error must name.
+// The refusal of load(), which must name the file.
 std::string refusal(const fs::path& file) {
   sim::Registry registry({SIM_PLUGIN_DIR});
   const sim::ErrorText text = error_of(sim::ErrorKind::kPlugin, [&] { registry.load(file); });

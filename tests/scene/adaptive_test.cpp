@@ -11,7 +11,7 @@ using namespace sim_test;
 
 namespace {
 
-// Of x' = i x after one turn, by the exact solution.
+// The error of x' = i x after one turn, by the exact solution.
 double error_after_a_turn(const std::string& method, double tolerance) {
   sim::Registry registry = make_registry();
   const double dt = 2 * M_PI / 64;

@@ -1,4 +1,4 @@
-// What `auto` chooses, why it says so, and that it does what it says.
+// The choice of `auto`, its reason, and its consistency with what it does.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

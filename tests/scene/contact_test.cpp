@@ -20,7 +20,7 @@ std::shared_ptr<const sim::RigidMotion> make_motion(sim::Registry& registry,
   return plugin.make(sim::Params(plugin.title(), plugin.params, given, {}));
 }
 
-// What is wrong with the energy at the end of a run, J; the contact's own work is put into `work`.
+// The imbalance of the energy at the end of a run, J; `work` receives the work of contact.
 double imbalance(sim::Simulation& system, int steps, sim::ContactWork* work = nullptr) {
   sim::study::EnergyBalance balance(system);
   for (int n = 0; n < steps; ++n) {
@@ -313,8 +313,9 @@ TEST_CASE("a table carries what lies on it, and throws it") {
 
 TEST_CASE("beads on a cylinder hold what Euler and Eytelwein say, and slip beyond it") {
   sim::Registry registry = make_registry();
-  // Of T_low q^n, q = (cos d/2 + mu sin d/2) / (cos d/2 - mu sin d/2): 10 beads 0.1 rad apart, mu =
-  // 0.3. The string is a chain of stiff springs, pulled by weights along its ends.
+  // The largest tension is T_low q^n, q = (cos d/2 + mu sin d/2) / (cos d/2 - mu sin d/2): 10 beads
+  // 0.1 rad apart, mu = 0.3. The string is a chain of stiff springs, pulled by weights along its
+  // ends.
   const int beads = 10;
   const double limit = 1.350227112330833;
   for (const double share : {0.97, 1.03}) {

@@ -39,8 +39,8 @@ double depth(const sim::Simulation& system, const Vec3& center, double radius) {
   return deepest;
 }
 
-// How many times smaller the error of the position at the end is, a doubling of the steps: from 37
-// to 2368, against many steps of rk4.
+// The ratio of the position errors at the end for a doubling of the steps: from 37 to 2368, against
+// many steps of rk4.
 double order_of(const sim::SystemSpec& spec, const std::string& method, double duration) {
   sim::Registry registry = make_registry();
   const auto end_of = [&](const std::string& name, int steps) {

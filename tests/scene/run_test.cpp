@@ -1,4 +1,4 @@
-// What every run promises: exact time, resets, threads that change nothing, divergence told at
+// Promises of every run: exact time, resets, threads that change nothing, divergence reported at
 // once, pins that hold and steps that take no memory.
 #include <catch2/catch.hpp>
 #include <cmath>

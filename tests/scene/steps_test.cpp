@@ -17,7 +17,7 @@ sim::RunOptions with(const std::string& method, double dt, bool single = false, 
   return options;
 }
 
-// How many steps it takes at once when it may; one with settings of its own takes those.
+// The number of steps taken at once if allowed; a method with settings of its own takes those.
 int at_once(const sim::SystemSpec& spec, sim::Registry& registry, const sim::RunOptions& options) {
   return sim::Simulation(spec, registry, options).steps(1000);
 }
@@ -150,7 +150,7 @@ TEST_CASE("a run that leaves the finite numbers stops in that step, several at o
     check(make_cloth(40), with("rk4", 0.004, true, threads));
     check(make_cloth(97), with("verlet", 0.02, false, threads));
   }
-  // Beyond the largest number at 1.2 s. What auto chose for a spring pressed to 1 cm stays: at a
+  // The run overflows at 1.2 s. The choice of auto for a spring compressed to 1 cm stays: after a
   // failed step it would choose longer steps.
   sim::SystemSpec far = make_chain({{0, 0, 0}, {0.01, 0, 0}, {5, 0, 0}}, {}, 0);
   far.forces[1].elements = {};

@@ -1,5 +1,5 @@
-// What hands do: they lead a particle along a line in every method, their work is in the balance,
-// and what they did is done again with the same bits.
+// Dragging by a user: particles follow a line in every method, the work is in the balance, and the
+// actions are replayed with the same bits.
 #include <catch2/catch.hpp>
 #include <sstream>
 
@@ -20,7 +20,7 @@ namespace {
 
 const auto kOn = [] { return true; };
 
-// As lines of a recording.
+// Parses the lines of a recording.
 sim::Recording recording(const std::string& text) { return sim::parse_recording(text, "r"); }
 
 void replay(
@@ -287,7 +287,7 @@ TEST_CASE("what is no recording is refused with its line") {
   says("+1 move 1 2 3 4 over 99999999999999\n", "number of steps");
 }
 
-// As a live view has it: the companion is told before a hand does something, and after.
+// A live view informs the companion before and after an action of a user.
 TEST_CASE("errors are known while hands pull, for their companion is under the same hands") {
   sim::Registry registry = make_registry();
   const sim::SystemSpec cloth = make_cloth(6);

@@ -1,4 +1,4 @@
-// Why a run diverged, and what is said to work does.
+// The diagnosis of a diverged run, and recommended steps that work.
 #include "core/study/verdict/postmortem.h"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ PostMortem examine(const sim::SystemSpec& spec, const std::string& integrator, d
   return sim::study::post_mortem(problem, std::lround(time / dt), time, seconds, no_watch());
 }
 
-// As a user would run it.
+// Runs the scene as a user would.
 bool runs(const sim::SystemSpec& spec, const std::string& integrator, double dt, double time) {
   sim::Registry registry = make_registry();
   sim::Simulation simulation(spec, registry, {.integrator = integrator, .dt = dt});
@@ -87,7 +87,7 @@ TEST_CASE("forces on a particle are those of its springs, its weight and its dra
   spec.forces.push_back(make_gravity());
   spec.forces.push_back(make_drag(0.5));
   spec.integrator = "euler";
-  // So large a step that the springs are gone after the first.
+  // A step so large that the springs fail in the first one.
   const PostMortem found = examine(spec, "euler", 10, 20);
   REQUIRE(found.spring.has_value());
   CHECK(found.since == 1);
@@ -107,7 +107,7 @@ TEST_CASE("a first-order system has no springs, but a remedy") {
   spec.exact = [](double t) { return std::vector<double>{std::cos(t), std::sin(t), 0}; };
   const PostMortem found = examine(spec, "euler", 100, 3e4);
   CHECK_FALSE(found.spring.has_value());
-  // What misses the exact solution is no remedy.
+  // A method that misses the exact solution is no remedy.
   if (found.other) CHECK(found.other->verdict.trust == Trust::kTrusted);
 }
 

@@ -21,7 +21,7 @@ sim::SystemSpec observed() {
   return spec;
 }
 
-// Of the signal at times that are not equal.
+// The figure of a signal sampled at unequal times.
 double figure(const std::string& text, const std::function<double(double)>& signal, double end,
               int looks) {
   const sim::SystemSpec spec = observed();

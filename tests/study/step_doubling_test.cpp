@@ -123,7 +123,7 @@ TEST_CASE("what is at rest but for roundings is not doubted") {
     CHECK(found.verdict.trust == Trust::kTrusted);
     CHECK(found.deviation.error < 1e-5);
   }
-  // What does move is looked at as ever.
+  // Moving particles are compared as before.
   rest.particles->list[5].velocity = {1, 0, 0};
   sim::RunOptions coarse = loose;
   coarse.integrator.given["tol"] = 1e-2;
@@ -441,7 +441,8 @@ TEST_CASE("work is integrated by cubics") {
   CHECK(work.with(3, 27) == Approx(81.0 / 4).epsilon(1e-14));
   CHECK(work.uncertainty() > 0);
   CHECK(std::isinf(sim::WorkIntegral().uncertainty()));
-  // What parabolas miss is what is not known: on t^3 a quarter of h^4 a piece from the fourth look.
+  // The uncertainty is the error of parabolas: on t^3 a quarter of h^4 a piece from the fourth
+  // look.
   sim::WorkIntegral even;
   for (int k = 0; k <= 10; ++k) even.look(k, double(k) * k * k);
   CHECK(even.uncertainty() == Approx(2 * 8 * 0.25).epsilon(1e-12));

@@ -167,7 +167,7 @@ TEST_CASE("the largest stable step of a radius") {
   CHECK(limit([](double) { return 1.0; }) == HUGE_VAL);
   CHECK(limit([](double h) { return 1 + h * h; }) == 0);
   CHECK(limit([](double h) { return 1 + std::pow(h, 4); }) == 0);  // not the tolerance's doing
-  // Of two intervals of stability the first one counts.
+  // The first of two intervals of stability counts.
   CHECK(limit([](double h) { return h < 1 || (h > 2 && h < 3) ? 0.5 : 2.0; }) ==
         Approx(1).epsilon(1e-5));
 }

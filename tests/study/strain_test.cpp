@@ -1,4 +1,4 @@
-// How near a spring comes to a point, against motions in its field of force.
+// The approach of a spring to length zero, against motions in its field of force.
 #include "core/study/verdict/strain.h"
 
 #include <catch2/catch.hpp>

@@ -285,7 +285,7 @@ TEST_CASE("a few products know the fastest vibration, and the bound is above it"
   CHECK(share(0.05) == Approx(0.05 / 1.474e-2).epsilon(0.01));
 }
 
-// What is cut off at its cutoff jumps there, which no force says.
+// A potential cut off without smoothing jumps at the cutoff, which no force shows.
 TEST_CASE("energy that no step keeps is blamed on the forces") {
   const auto gas = [](const std::string& smooth) {
     sim::SystemSpec spec = make_falling(1, 0);

@@ -43,7 +43,7 @@ std::vector<File> cpp_files(const std::vector<std::string>& folders) {
   return files;
 }
 
-// What a file includes: the text between the quotes or the angle brackets.
+// The includes of a file: the text between the quotes or the angle brackets.
 std::vector<std::string> includes_of(const File& file) {
   static const std::regex include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
   std::vector<std::string> found;
@@ -69,7 +69,7 @@ std::string physics_of(const File& file) {
   return folder.starts_with("plugins/") && std::ranges::count(folder, '/') == 2 ? folder : "";
 }
 
-// What each part may include besides its own files. An entry is a part or one header.
+// The allowed includes of each part besides its own files. An entry is a part or one header.
 const std::set<std::string> kGround = {"core/base", "core/simd", "core/math"};
 
 std::set<std::string> ground_and(std::set<std::string> more) {

@@ -48,8 +48,8 @@ struct HeldRun : TextRun {
   }
 };
 
-// Of a rope at rest over the cylinder. Along the tangent at each particle, cos(half a turn) (T - T
-// before) = m g times its slope.
+// Checks the tensions of a rope at rest over the cylinder. Along the tangent at each particle,
+// cos(half a turn) (T - T before) = m g times its slope.
 inline void check_tensions(const HeldRun& run, int links) {
   const std::vector<ConstraintForce> forces = run.forces();
   REQUIRE(forces.size() == static_cast<std::size_t>(links));

@@ -46,8 +46,8 @@ void for_each_lane(const Check& check) {
   }
 }
 
-// Numbers of some items, with room on both sides that kernels may read. What stands there is finite
-// and spoils each result that it enters.
+// Numbers of some items, with room on both sides that kernels may read: finite values that spoil
+// each result that they enter.
 template <class Number>
 class ColumnOf {
  public:

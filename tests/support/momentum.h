@@ -1,4 +1,4 @@
-// What contact must not change.
+// The momentum and angular momentum that contact must conserve.
 #pragma once
 
 #include "core/scene/simulation.h"
@@ -9,7 +9,7 @@ struct Momentum {
   sim::Vec3 linear{0, 0, 0}, angular{0, 0, 0};  // kg m/s; kg m^2/s about the origin
 };
 
-// Of all bodies and of the single particles, which come first and have this mass each.
+// The momentum of all bodies and of the single particles, which come first and have this mass each.
 inline Momentum momentum_of(const sim::Simulation& system, double mass = 0) {
   Momentum sum;
   for (int i = 0; i < system.body(0).first(); ++i) {

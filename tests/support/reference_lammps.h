@@ -1,6 +1,6 @@
-// What LAMMPS does with the files of an export, as its manual says it (fix nve, gravity, efield,
-// viscous; bond_style harmonic; dump custom, binary revision 2): plain loops that share nothing
-// with the kernel.
+// LAMMPS's treatment of the files of an export, as its manual describes it (fix nve, gravity,
+// efield, viscous; bond_style harmonic; dump custom, binary revision 2): plain loops that share
+// nothing with the kernel.
 #pragma once
 
 #include <filesystem>

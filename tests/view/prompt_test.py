@@ -53,7 +53,7 @@ def test_history():
         page = prompt.open()
         state = page.until(lambda s: True)
         system = state["systems"][0]
-        # As it is, at rest; and what was done at the prompt is not undone here.
+        # The page shows the state as it is, at rest; actions of the prompt are not undone here.
         assert (system["step"], system["hash"], state["playing"]) == (120, before[2], False), state
         assert "nothing to undo" in page.error_of("undo")
         assert ".set n" in page.error_of("set n 9")

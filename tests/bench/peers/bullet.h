@@ -1,4 +1,4 @@
-// What the peers of Bullet share. In single precision, as Debian builds it by default.
+// The code shared by the peers of Bullet. In single precision, as Debian builds it by default.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>

@@ -1,8 +1,7 @@
-// Bullet: a cloth that meets itself and falls on a sphere and the ground. Of Bullet's ways only the
-// world of deformable bodies looks for that: nodes of a soft body do not meet its own faces
-// (VF_SS), and its clusters do nothing to each other (CL_SELF lies in the mask of the ways to
-// choose from). Springs are forces, in implicit steps: these take the least time a second of the
-// scene.
+// Bullet: a cloth that meets itself and falls on a sphere and the ground. Only Bullet's world of
+// deformable bodies detects that: nodes of a soft body do not meet its own faces (VF_SS), and its
+// clusters do nothing to each other (CL_SELF is in the mask of collision modes). Springs are
+// forces, in implicit steps: these take the least time a second of the scene.
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableGravityForce.h>
 #include <BulletSoftBody/btDeformableMassSpringForce.h>

@@ -1,4 +1,4 @@
-// What the peers share: the scene as sim_bench wrote it, and the conversation with it.
+// The code shared by the peers: the scene as sim_bench wrote it, and the conversation with it.
 #pragma once
 
 #include <array>
@@ -31,8 +31,8 @@ struct Scene {
   // A sphere at rest, radius 0: none; particles are the centers of cubes on the plane y = 0, half
   // an edge 0: points. Their friction.
   double center[3] = {}, radius = 0, half = 0, friction = 0;  // m
-  // What may not pass through itself, none where it may; how far it keeps from itself, and the
-  // height of the ground under it.
+  // The triangles that may not pass through each other, or none; their thickness, and the height of
+  // the ground under them.
   std::vector<std::array<int, 3>> triangles;  // ids
   double thickness = 0, ground = 0;           // m
 };

@@ -50,7 +50,7 @@ class Dam(Application):
 
     def create_particles(self):
         cells = [round(extent / a) for extent in (width, height, depth)]
-        # As high as the water gets until it has reached the other wall.
+        # The room is as high as the water gets until it has reached the other wall.
         room = [round(length / a), cells[1] + cells[1] // 4, cells[2]]
         if dimensions == 2:
             cells, room = cells[:2], room[:2]

@@ -147,7 +147,7 @@ TEST_CASE("a particle slides as the closed form of Stribeck's friction says, wit
     CHECK(coarse < 2e-2);
     CHECK(fine < coarse / 3);
   }
-  // Where steps end at touches the method keeps its own order.
+  // A method whose steps end at impacts keeps its own order.
   TextRun run(text, "dopri5", 0.01);
   run.run_to(0.2);
   CHECK(run.system.position(0)[0] == Approx(way_at(run.system.t())).margin(1e-8));

@@ -81,7 +81,7 @@ TEST_CASE("resting impulses obey Signorini's and Coulomb's laws", "[rigid]") {
       CHECK(w.y() > -1e-11);
       CHECK(std::fabs(m.normal_impulse * w.y()) < 1e-11);
       CHECK(pull <= 0.3 * m.normal_impulse * (1 + 1e-12));
-      // Where it slips, friction is against the slip.
+      // Friction of a slipping point is opposite to the slip.
       const Vec3 slip = w - w.y() * m.normal;
       const Vec3 force = m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v;
       CHECK(std::fabs(force.dot(slip) + 0.3 * m.normal_impulse * slip.norm()) < 1e-10);

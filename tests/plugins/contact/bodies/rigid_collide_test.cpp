@@ -1,5 +1,5 @@
-// What rigid bodies touch beside planes and each other: round colliders, boxes, convex meshes, and
-// single particles.
+// Collisions of rigid bodies beyond planes and each other: round colliders, boxes, convex meshes,
+// and single particles.
 #include <cmath>
 
 #include "tests/lua/scene_text.h"

@@ -52,7 +52,7 @@ struct Crowd {
     return fit.at(places[static_cast<std::size_t>(at)]);
   }
 
-  // That everything moves so: w + a (d - w), or the ways themselves outside of zones.
+  // Checks that everything moves by w + a (d - w), or by d itself outside of zones.
   void check(const std::vector<std::set<int>>& zones, const std::vector<double>& shares,
              const std::vector<Vec3>& found) const {
     for (std::size_t i = 0; i < moves.size(); ++i) {

@@ -88,7 +88,8 @@ double distance_to_box(const Vec3& p, const Vec3& half) {
 }  // namespace
 
 TEST_CASE("a body floats as Archimedes says, and a heavy one sinks", "[scene][fluid]") {
-  // Of a box of d times the density of water d of its height is below the level, which it lifts.
+  // A box of d times the density of water has the share d of its height below the level, which it
+  // lifts.
   const auto expected = [](double d) { return 0.3 + d * 0.2 * 0.04 / 0.16 + 0.1 - 0.2 * d; };
   CHECK(height("500") == Approx(expected(0.5)).margin(0.005));
   CHECK(height("700") == Approx(expected(0.7)).margin(0.006));

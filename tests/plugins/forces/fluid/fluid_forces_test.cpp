@@ -16,7 +16,7 @@ namespace {
 
 using Points = std::vector<Vec3>;
 
-// What a force sees of some points that move.
+// The view that a force has of some moving points.
 struct Moving {
   explicit Moving(const Points& points, const Points& speeds = {}) {
     for (int axis = 0; axis < 3; ++axis) {

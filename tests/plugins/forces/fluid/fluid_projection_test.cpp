@@ -1,4 +1,4 @@
-// What keeps the density of a fluid: rows against differences, pressures against what they solve.
+// Density constraints of a fluid: rows against differences, pressures against their equations.
 #include "plugins/forces/fluid/fluid_projection.h"
 
 #include <algorithm>
@@ -79,7 +79,7 @@ struct Lump {
   ThreadPool pool{1};
 };
 
-// Of each id.
+// The density of each id.
 std::vector<double> densities(const DensityConstraints& rows, int n) {
   std::vector<double> list;
   for (int i = 0; i < n; ++i) list.push_back(rows.densities()[rows.place(i)]);

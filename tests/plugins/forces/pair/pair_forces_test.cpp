@@ -16,7 +16,7 @@ namespace {
 
 using Points = std::vector<Vec3>;
 
-// What a force sees of some points, and the forces it gives.
+// The view that a force has of some points, and the forces it gives.
 struct State {
   explicit State(const Points& points) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +108,8 @@ std::pair<long double, long double> exact(const PairLaw& law, long double r) {
   return {u, slope};
 }
 
-// Of what the sums over all pairs, in long double, differ at most, relative to the sums of sizes.
+// The largest difference from the sums over all pairs, in long double, relative to the sums of
+// sizes.
 double worst_force(const PairLaw& law, const Points& points, const std::vector<double>& found) {
   const std::size_t n = points.size();
   double worst = 0;
