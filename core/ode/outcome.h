@@ -11,13 +11,13 @@ enum class StepStatus {
   kStepTooSmall,  // the tolerance cannot be met with steps that change t
   kNotConverged,  // the equations of an implicit step were not solved
   kNotAllowed,    // no allowed state was found: OdeSystem::refusal() says why
-  kStopped        // OdeSystem::stopped(): given up on the way, and may be taken again
+  kStopped        // OdeSystem::stopped(): given up within the step, which may be repeated
 };
 
 // The answer of a system to the end of a step that has to stay among the allowed states.
 enum class StepEnd {
   kAccepted,
-  kAgain,      // something was met on the way: the stages have to be taken again
+  kAgain,      // there was an impact: the stages have to be repeated
   kNotAllowed  // no allowed state was found
 };
 

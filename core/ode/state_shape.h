@@ -13,7 +13,7 @@ namespace sim {
 // memory of a force. Strides are in numbers.
 struct StatePart {
   std::string name;                     // "position", "velocity", "component", "memory of 'gust'"
-  std::string item;                     // what there are `count` of: "particle", "component", ...
+  std::string item;                     // of which there are `count`: "particle", "component", ...
   std::vector<std::string> components;  // of one item: {"x", "y", "z"}
   std::size_t count = 0;
   std::size_t begin = 0;  // of component 0 of item 0 in X
@@ -51,7 +51,7 @@ class StateShape {
   std::span<const StatePart> parts() const& { return parts_; }
   const StatePart* find(std::string_view name) const&;  // null where there is none
   const StatePart& first() const& { return parts_.front(); }
-  std::span<const Range> ranges() const& { return ranges_; }  // what is no padding, ascending
+  std::span<const Range> ranges() const& { return ranges_; }  // without padding, ascending
   std::span<const StatePart> parts() const&& = delete;
   const StatePart* find(std::string_view name) const&& = delete;
   const StatePart& first() const&& = delete;

@@ -13,7 +13,7 @@ namespace sim {
 
 // The particles of each equation, one row an equation: the sparsity pattern of the Jacobian J.
 struct RowPattern {
-  std::vector<int> begin{0}, ids;  // those of row r: ids[begin[r]] .. before ids[begin[r + 1]]
+  std::vector<int> begin{0}, ids;  // row r: from ids[begin[r]] to before ids[begin[r + 1]]
 
   int rows() const { return static_cast<int>(begin.size()) - 1; }
   std::span<const int> of(int row) const {

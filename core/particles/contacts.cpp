@@ -6,7 +6,7 @@
 namespace sim {
 namespace {
 
-constexpr double kNone = 2;      // a place on the way that is none
+constexpr double kNone = 2;      // beyond the step: no contact
 constexpr int kMostTouches = 8;  // of one particle in one step
 constexpr int kRounds = 100;     // of pushing out of several colliders by turns
 
@@ -155,12 +155,12 @@ class Hold {
 
   const Collider& collider_;
   StepPath& way_;
-  const SurfaceSample end_;  // where the way ended before
+  const SurfaceSample end_;  // the surface at the former end of the path
   double t_, h_, s_, rest_;
-  Vec3 normal_, from_, rate_, surface_rate_;  // where it is touched; in m/step
+  Vec3 normal_, from_, rate_, surface_rate_;  // at the contact; rates in m/step
   const ContactMaterial surface_;
   double friction_;                      // at the slip where it is touched
-  Vec3 slip_{0, 0, 0}, drive_{0, 0, 0};  // tangential velocity and what accelerates it
+  Vec3 slip_{0, 0, 0}, drive_{0, 0, 0};  // tangential velocity, and its acceleration
   double speed_ = 0, pressure_ = 0;      // |slip|; of the surface, m/step^2
 };
 
@@ -225,7 +225,7 @@ void Hold::come_to_rest() {
 
   const Vec3 press = 2 / (rest_ * rest_) * (place - way_.at(1));
   way_.press(s_, press);
-  if (goes_on) {  // what hold() will take off for friction is left in
+  if (goes_on) {  // without the friction that hold() will apply
     const Vec3 now = way_.rate(1) - 0.5 * rest_ * press - h_ * end.velocity;
     way_.velocity_change += slip + against - tangential(now, end.normal);
     return;
@@ -311,7 +311,7 @@ void Contacts::resolve(double t, double h, StepPath& path) const {
     const Vec3 place = path.at(first.s);
     const SurfaceSample sample = first.s == 0 ? first.start : hit->query(t + first.s * h, place);
     const Vec3 moved = path.moved;
-    if (sample.gap < -slack(place)) {  // put inside by hand: out of it, without velocity
+    if (sample.gap < -slack(place)) {  // put inside by a user: moved out, without velocity
       path.shift(-sample.gap * sample.normal);
       path.touched = true;
     }

@@ -38,7 +38,7 @@ class Contacts {
   std::span<Collider* const> all() const { return on_; }  // that act
   const std::vector<std::string>& notes() const { return notes_; }
   std::vector<RenderShape> shapes(double t) const;            // in the order they were added
-  ContactWorkSums& work_sums() const { return *work_sums_; }  // where there are any
+  ContactWorkSums& work_sums() const { return *work_sums_; }  // null without colliders
 
   bool move() const noexcept { return move_; }  // some of them
   // Before a step from t0 to t1, on one thread, where sampled().
@@ -63,10 +63,10 @@ class Contacts {
   // restitution and friction; false where there is none.
   struct Impact {
     Collider* collider = nullptr;
-    double s = 0;           // where on the way
+    double s = 0;           // share of the step
     Vec3 place{0, 0, 0};    // there, on the surface
     Vec3 change{0, 0, 0};   // m a step, of the velocity from there on
-    Vec3 shift{0, 0, 0};    // m, of what was put inside by hand
+    Vec3 shift{0, 0, 0};    // m, of a particle put inside by a user
     ContactWork work = {};  // (m/step)^2
   };
   bool impact(double t, double h, const StepPath& path, std::span<Collider* const> known,
@@ -97,7 +97,7 @@ class Contacts {
     std::unique_ptr<Collider> collider;
     std::size_t part;  // a side of the one that was added as number so and so
   };
-  std::vector<Entry> entries_, bodies_;  // bodies: those that act by their sides, to be drawn
+  std::vector<Entry> entries_, bodies_;  // bodies: drawn ones that act by their sides
   std::vector<Collider*> on_;
   std::vector<std::size_t> off_;
   std::size_t parts_ = 0;

@@ -11,7 +11,7 @@ namespace sim {
 struct CellQuality {
   int cells = 0;
   int inverted = 0;   // det F < 0 somewhere in them
-  int smallest = -1;  // the cell that is pressed the most, counted from 0
+  int smallest = -1;  // the most compressed cell, counted from 0
   double volume = 1;  // det F there
   double least = 1;   // smallest and largest principal stretch of all
   double most = 1;

@@ -61,7 +61,7 @@ class ImpactEvents : public Events {
   Particles* particles_;
   ReportedContactWork reported_work_;
   double t_ = 0, h_ = 0;
-  bool begun_ = false, in_forces_ = false;  // f was asked for what is held
+  bool begun_ = false, in_forces_ = false;  // f was asked for resting contacts
 };
 
 }  // namespace sim

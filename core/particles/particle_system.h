@@ -87,12 +87,12 @@ class ParticleSystem final : public OdeSystem, public Particles {
 
   std::vector<std::pair<const Force*, bool>> stiff_;
   std::vector<std::string> notes_;                // besides those of its parts
-  std::unique_ptr<ParticleImpactEvents> events_;  // where steps are cut
+  std::unique_ptr<ParticleImpactEvents> events_;  // if steps end at impacts
   std::unique_ptr<ConstrainedImpactEvents>
       constrained_events_;  // likewise, where there are constraints
   std::unique_ptr<ImplicitContact>
       implicit_contact_;  // of implicit methods, where there are colliders
-  std::unique_ptr<ConstraintSystem> constraint_system_;  // where there are constraints
+  std::unique_ptr<ConstraintSystem> constraint_system_;  // null without constraints
   std::vector<int> rows_;                                // of places, where nets are large
   std::shared_ptr<const Reordering> reordering_;
   CombineRange combine_range_ = combine_range();

@@ -94,7 +94,7 @@ class Particles {
   std::vector<std::uint8_t> free_;
   int pinned_count_ = 0, reach_ = 0;
   std::vector<std::unique_ptr<Force>> forces_;
-  std::vector<Force*> on_, other_forces_, prepared_;  // prepared: others, and those that remember
+  std::vector<Force*> on_, other_forces_, prepared_;  // prepared: and those with internal variables
   std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;

@@ -29,7 +29,7 @@ class StepCorrection {
   virtual std::string failure() const { return {}; }  // after kFailed: why, in one sentence
 
   virtual std::string title() const = 0;             // "sim.contact", as errors name it
-  virtual std::string remedy() const { return {}; }  // what a scene does to go without: "give ..."
+  virtual std::string remedy() const { return {}; }  // how a scene avoids it: "give ..."
   // The energy, J, taken since the last call. late: the part, J, that is due to velocities of a
   // method that belong to another moment than its positions, late_work().
   virtual double take_dissipation(double late) = 0;
@@ -38,7 +38,7 @@ class StepCorrection {
   // The account that a verdict gives of all steps since reset().
   struct Account {
     std::string words;
-    bool kept = true;   // what it promises
+    bool kept = true;   // its promise holds
     bool acted = true;  // or nothing was to be done
     std::vector<std::pair<std::string, double>> figures = {};
   };

@@ -28,7 +28,7 @@ struct StepPath {
   Vec3 c[4];
   Vec3 moved{0, 0, 0};            // m, of the end
   Vec3 velocity_change{0, 0, 0};  // m a step, of the velocity at the end
-  Vec3 held{0, 0, 0};             // where it sticks to a surface at the end
+  Vec3 held{0, 0, 0};             // the point of a surface to which it sticks at the end
   bool touched = false, resting = false, sticking = false, over_constrained = false;
   ContactWork work = {};
 

@@ -53,7 +53,7 @@ class EnergyBalance {
 
   Simulation* system_;
   bool damped_ = false, confined_ = false, driven_ = false, kinematic_ = false;
-  bool moves_pinned_ = false;  // by a hand or along paths
+  bool moves_pinned_ = false;  // by the user or along prescribed paths
   mutable Array sums_;         // scratch of power()
   std::vector<Force*> working_;
   double start_potential_ = 0;  // J
@@ -62,7 +62,7 @@ class EnergyBalance {
   std::int64_t stride_ = 1, since_ = 0;  // steps, and those since the last look at the power
   std::int64_t least_ = 1, most_ = 1;    // that stride_ may be
   WorkIntegral work_;
-  ContactWork contact_before_;  // less what there was at the start, J
+  ContactWork contact_before_;  // minus its value at the start, J
   double broken_before_ = 0;    // J, in ties that were broken at the start
   double slept_before_ = 0;     // J, that falling asleep had taken then
   double before_ = 0;           // W of an earlier part of the run, J

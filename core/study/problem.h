@@ -21,7 +21,7 @@ namespace sim::study {
 struct Problem {
   const SystemSpec* spec = nullptr;
   Registry* registry = nullptr;
-  RunOptions options{};  // what the user asked for; the studies choose methods and steps themselves
+  RunOptions options{};  // given by the user; studies choose methods and steps themselves
 
   // The compared quantity; nothing: the free coordinates, or all numbers of a flat state.
   std::optional<Quantity> of{};

@@ -76,7 +76,7 @@ double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iteration
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kSteps = 200, kIdle = 4;
   constexpr double kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
-  constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
+  constexpr double kFar = 1000;  // sizes of the scene, beyond which nothing bound moves
   if (!simulation.second_order())
     throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
                                     "a first-order scene has no forces that could balance",

@@ -15,7 +15,7 @@ struct Rest {
   double in_play = 0;       // N, the largest of a single kind of force on one
   double potential = 0;     // J
   Effort effort;            // steps: of growing length, each from rest
-  std::string why, remedy;  // where it was not found
+  std::string why, remedy;  // if it was not found
 };
 
 // Brings a scene of particles to rest at its present time: steps of backward Euler from rest, each

@@ -51,7 +51,7 @@ struct StudyTask {
   std::string of = {};                         // --of, as study::Quantity; empty: positions
   std::vector<MethodChoice> integrators = {};  // --integrators; empty: all that fit
   bool json = false;                           // one JSON object is asked for, not words
-  study::Watch watch = {};                     // progress; false: end now, with what there is
+  study::Watch watch = {};                     // progress; false: end now, with the results so far
   std::function<void(double)> announce = {};   // how many seconds the study will take about
 };
 
@@ -70,7 +70,7 @@ struct Plugin<Study> : PluginInfo {
   bool takes_scene = true;
   // Options of `sim` that it takes, of --integrator, --dt, --time, --of and --integrators.
   std::vector<std::string> takes = {};
-  std::string help = {};  // what stands below its options: the keys of --json, examples
+  std::string help = {};  // the text below its options: the keys of --json, examples
 };
 
 }  // namespace sim

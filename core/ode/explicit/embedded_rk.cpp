@@ -104,7 +104,7 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
 StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
   t_ += h_;
   std::swap(x_, x_next_);
-  if (events_) {  // what is in force may be another thing than at the end before
+  if (events_) {  // the active events may differ from those at the last end
     events_->begin(t_, controller_.state.h, x_.data());
     stepper_->start(t_, x_.data());
     ++effort_.evaluations;

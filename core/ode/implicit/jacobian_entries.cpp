@@ -31,7 +31,7 @@ class Differences final : public JacobianEntries {
     const double most = largest(x);
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       const double size = std::max({std::fabs(x[i]), kSmall * most, kLeast});
-      steps_[i] = (x[i] + kRootOfPrecision * size) - x[i];  // exactly what x changes by
+      steps_[i] = (x[i] + kRootOfPrecision * size) - x[i];  // the exact change of x
     }
     evaluate(t, x, f_);
     for (int color = 0; color < count_; ++color) {

@@ -19,12 +19,12 @@ class KrylovSolver final : public StageNewton {
   void linearise(double t, double tau, const double* y) override;
   bool divide(Array& x) override;
 
-  double extend(int k);                  // the basis by a vector; what GMRES then leaves
+  double extend(int k);                  // adds a basis vector; returns the GMRES residual
   void add_to(Array& found, int count);  // found += the best of the basis
 
   double tau_ = 0;
   std::vector<Array> basis_;
-  std::vector<double> h_, cosine_, sine_, rest_;  // R by columns; rotations; what they made of e_1
+  std::vector<double> h_, cosine_, sine_, rest_;  // R by columns; rotations; e_1 under them
   Array found_, right_;
 };
 

@@ -74,7 +74,7 @@ std::vector<int> narrow_order(const std::vector<std::vector<int>>& joined) {
   };
   for (const std::vector<int>& group : groups_of(joined)) {
     int start = *std::ranges::min_element(group, {}, degree);
-    for (int n = 0; n < 3; ++n) {  // the one furthest from it lies at the rim
+    for (int n = 0; n < 3; ++n) {  // the unknown furthest from it is peripheral
       const std::vector<int> found = spread(start);
       for (const int i : found) seen[slot(i)] = false;
       start = found.back();

@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kMaxIterations = 200, kFrozenAfter = 25, kMostChanges = 6;
 constexpr double kStickingGain = 0.5, kStiffening = 10;
-constexpr double kDamping = 1e-3;        // where rows nearly depend on each other
-constexpr double kDiverges = 1e3;        // of what was wrong at first
-constexpr double kSameDirection = 1e-4;  // what is left of a normal that others span
+constexpr double kDamping = 1e-3;        // for rows that nearly depend on each other
+constexpr double kDiverges = 1e3;        // times the first residual
+constexpr double kSameDirection = 1e-4;  // remainder of a normal in the span of others
 
 }  // namespace
 

@@ -11,23 +11,23 @@
 namespace sim {
 
 inline constexpr double kContactTolerance =
-    1e-9;  // of the size of a place, or of velocities: what is none
+    1e-9;  // relative to a position or to a velocity: zero to rounding
 // The contact force between a particle and a surface that it touches, or may touch.
 struct ContactForce {
   int particle = 0;
   Collider* collider = nullptr;
   Vec3 normal{0, 1, 0};            // along which it pushes
   Vec3 surface_velocity{0, 0, 0};  // of velocities: that of the surface, m/s
-  double min_velocity = 0;         // of velocities: what is wanted along the normal, m/s
+  double min_velocity = 0;         // for velocities: the required one along the normal, m/s
   double friction = 0;             // Coulomb's coefficient
-  double extra_friction = 0;       // what friction may do besides, in the unit of force; may be < 0
+  double extra_friction = 0;       // added to the friction limit, in the unit of force; may be < 0
   bool active = false, bilateral = false;  // now; even where it would have to pull
   int changes = 0;                         // from acting to not acting
   double gap = 0;                          // just now
-  double force = 0;                // what was found: along the normal, in kg times the unit of y
-  Vec3 friction_force{0, 0, 0};    // and along the surface
-  Vec3 friction_impulse{0, 0, 0};  // N s, by friction in the first half of a piece
-  double pressed = 0;              // N s, in a piece by what presses it besides
+  double force = 0;                        // result: along the normal, in kg times the unit of y
+  Vec3 friction_force{0, 0, 0};            // and along the surface
+  Vec3 friction_impulse{0, 0, 0};          // N s, by friction in the first half of a substep
+  double pressed = 0;                      // N s, from resting contact in the rest of a substep
 
   double max_friction() const {
     return std::max(0.0, friction * std::max(0.0, force) + extra_friction);
@@ -49,11 +49,11 @@ class ActiveSetContactSolver {
   // The problem for y: residuals of rows and gaps of surfaces, evaluated repeatedly.
   struct Problem {
     virtual ~Problem() = default;
-    virtual bool rows(std::span<double> rest) = 0;  // what is wrong; false: not finite
+    virtual bool rows(std::span<double> rest) = 0;  // the residual; false: not finite
     virtual double gap(ContactForce& contact, const Vec3& y) = 0;  // along its normal
-    double row_tolerance = 0, gap_tolerance = 0;                   // what is none
-    double enough = 0;     // what is good enough where turns gain no more
-    double slow = 1;       // a slip that is none
+    double row_tolerance = 0, gap_tolerance = 0;                   // residuals taken as 0
+    double enough = 0;                                             // accepted if iterations stall
+    double slow = 1;                                               // a slip that is none
     bool nearest = false;  // gradient and normals are those of y now, and damped
   };
 
@@ -80,14 +80,14 @@ class ActiveSetContactSolver {
     int particle = 0;
     std::size_t begin = 0, end = 0;
     int rank = 0;
-    Vec3 basis[3];           // of the normals of those that act
+    Vec3 basis[3];           // of the normals of active contacts
     std::size_t of[3] = {};  // and the push that each is of
     double viscosity = 0;    // k, kg
     double mobility = 1;     // 1 / (1 + k / m), along the surface
   };
   struct Moved {
     double largest_change = 0;  // of one particle
-    bool changed = false;       // what pushes
+    bool changed = false;       // the active set
     bool has_friction = false;  // some have friction
   };
 

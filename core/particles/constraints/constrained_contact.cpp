@@ -9,7 +9,7 @@ namespace sim {
 namespace {
 
 constexpr int kMostCuts = 64;     // of a step
-constexpr int kMostHalvings = 3;  // of what has no end
+constexpr int kMostHalvings = 3;  // of a substep without a solution
 constexpr double kFails = -1;
 constexpr double kNoImpact = UnilateralRattle::kNoImpact,
                  kSimultaneous = UnilateralRattle::kSimultaneous;

@@ -33,7 +33,7 @@ class ConstrainedContact {
   Particles* particles_;
   ConstraintSystem* constraint_system_;
   UnilateralRattle rattle_;
-  Array start_;           // where a piece begins
+  Array start_;           // the state at the start of a substep
   bool touched_ = false;  // something, in this step
 };
 

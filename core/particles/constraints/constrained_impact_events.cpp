@@ -12,8 +12,8 @@ namespace {
 constexpr double kGlance = 1e-6;             // s, for differences
 constexpr double kSlow = 1e-12;              // m/s, a closing that is none
 constexpr double kInNoTime = 1e-10;          // s
-constexpr double kSticksAtLeast = 1 - 1e-3;  // of what friction can, as it is found
-constexpr double kStops = 1e6;  // times the momentum at hand: what nothing slips against
+constexpr double kSticksAtLeast = 1 - 1e-3;  // of the friction limit, to its accuracy
+constexpr double kStops = 1e6;               // times the present momentum: no slip withstands it
 
 }  // namespace
 

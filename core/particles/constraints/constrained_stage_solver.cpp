@@ -10,8 +10,8 @@ namespace sim {
 namespace {
 
 constexpr int kMostStageTurns = 25;
-constexpr double kStageSolved = 1e-14;  // of what the equations weigh up: roundings
-constexpr double kStageStalls = 1e-10;  // where iterations gain no more
+constexpr double kStageSolved = 1e-14;  // relative to the terms of the equations: rounding
+constexpr double kStageStalls = 1e-10;  // accepted if iterations stall
 constexpr double kRowShift = 1e-11;     // of a pivot, where rows follow from others
 constexpr double kRunsAway = 1e6;       // times the residual of the guess
 

@@ -197,10 +197,10 @@ bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& l
     const bool diverges = turn > kFew && now > first;
     if (turn == kMost || diverges || !std::isfinite(now)) {
       fail(Failure::kTooFar, other_);
-      residual_ = std::min(residual_, first);  // it says more than where that has led
+      residual_ = std::min(residual_, first);  // more informative than that of the divergence
       return false;
     }
-    if (slow && exact) {  // the way is long: factors from its end may serve better
+    if (slow && exact) {  // over a long way factors from its end may serve better
       matrix_.factorise(other_.gradient(), weights);
       exact = false;
     }

@@ -12,7 +12,7 @@
 namespace sim {
 namespace {
 
-constexpr double kFits = 1e-9;  // m, of rods between pins, and what is not worth a word
+constexpr double kFits = 1e-9;  // m, of rods between pins; smaller moves are not reported
 
 // Throws unless each equation can be satisfied by moving free particles.
 void check_directions(const Constraints& constraints, const RowValues& values,

@@ -75,7 +75,7 @@ class ConstraintSystem {
   Constraints constraints_;
   std::unique_ptr<ConstraintSolver> solver_, observer_;  // observer: between steps
   std::unique_ptr<class ContactAccelerations>
-      contact_accelerations_;  // where particles touch something
+      contact_accelerations_;  // null unless particles touch colliders
   int contact_count_ = 0;
   std::int64_t implicit_drifts_ = 0;
   std::string refusal_;

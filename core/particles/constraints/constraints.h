@@ -33,9 +33,9 @@ class Constraints {
   const std::string& place(const RowList::Part& part) const;
 
   void start(double* memory) const;                             // at t = 0
-  void follow(const ParticleView& view, double* memory) const;  // memory := what positions say
+  void follow(const ParticleView& view, double* memory) const;  // memory := that of the positions
 
-  const std::vector<std::string>& notes() const { return notes_; }  // what a user should know
+  const std::vector<std::string>& notes() const { return notes_; }  // for the user
 
  private:
   struct Entry {

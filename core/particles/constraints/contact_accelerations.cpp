@@ -11,10 +11,10 @@ namespace sim {
 namespace {
 
 constexpr double kGlanceOfForces = 1e-5;  // s, for differences, of those who look
-constexpr double kFarther = 1e8;          // of accelerations: what a slip is against them
+constexpr double kFarther = 1e8;          // times the accelerations, as the scale of a slip
 constexpr double kCreeps = 1e-12;         // of accelerations: a slip that is none
 constexpr double kCreeping = 1e-7;        // m/s, to those who look
-constexpr double kAsGood = 1e-7;          // of accelerations: what is wrong with those that do
+constexpr double kAsGood = 1e-7;          // of accelerations: an acceptable residual
 constexpr double kGainsNoMore = 1e-9;     // likewise, where turns gain no more
 
 // The time derivative of f by a one-sided difference of second order, with three values.
@@ -80,7 +80,7 @@ bool ContactAccelerations::accelerate(const ParticleView& now, const RowValues& 
   contacts_.clear();
   for (const RestingContact& each : resting) {
     contacts_.push_back(push_of(each, now, look.difference_step, largest));
-    contacts_.back().active = each.surplus > 0;  // as at the start
+    contacts_.back().active = each.surplus > 0;  // the active set at the start
     if (!look.has_friction) contacts_.back().friction = 0;
   }
   struct Accelerations final : LinearRows {

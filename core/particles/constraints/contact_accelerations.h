@@ -14,9 +14,9 @@ namespace sim {
 struct RestingContact {
   int particle = 0;
   Collider* collider = nullptr;
-  bool slides = false;     // friction acts against its slip; else it holds what it can
+  bool slides = false;     // kinetic friction against its slip; otherwise static
   Vec3 slip{0, 0, 0};      // m/s, along the surface
-  double surplus = 0;      // m/s^2, by which it is pressed; < 0: it leaves
+  double surplus = 0;      // m/s^2, by which it is pressed on; < 0: it separates
   ContactWork power = {};  // W, of the surface on it
 };
 

@@ -8,8 +8,8 @@ namespace sim {
 namespace {
 
 constexpr int kMostIterations = 40;
-constexpr double kSolved = 1e-15;     // of the size of the scene: what roundings leave of phi
-constexpr double kGainsNone = 1e-13;  // where iterations gain no more
+constexpr double kSolved = 1e-15;     // relative to the scene: the rounding error of phi
+constexpr double kGainsNone = 1e-13;  // accepted if iterations stall
 constexpr double kRegular = 1e-12;    // of a pivot, where rows follow from others
 
 }  // namespace

@@ -21,8 +21,8 @@ namespace sim {
 // friction, all rows and all contacts taken together.
 class UnilateralRattle {
  public:
-  static constexpr double kNoImpact = 2;         // a place on the way that is none
-  static constexpr double kSimultaneous = 1e-6;  // of a piece: what hits at once
+  static constexpr double kNoImpact = 2;         // beyond the substep
+  static constexpr double kSimultaneous = 1e-6;  // share of a substep: impacts count as one
 
   // first_order: of a method of first order, whose velocities belong to another time: late_work().
   UnilateralRattle(Particles& particles, ConstraintSystem& constraint_system,
@@ -31,11 +31,11 @@ class UnilateralRattle {
   struct Impact {
     int particle = 0;
     Collider* collider = nullptr;
-    double s = 0;                    // where on the way it touches
+    double s = 0;                    // time of impact, as a share of the substep
     Vec3 normal;                     // there
-    double closing = 0, gained = 0;  // m/s: how fast then; what it changes by in the piece
+    double closing = 0, gained = 0;  // m/s: approach velocity; its change in the substep
     double gap = 0;                  // m, at the end
-    double pressed = 0;              // N s, by what presses it all along besides
+    double pressed = 0;              // N s, the normal impulse of resting contact
     bool known = false;              // it lay there at the start
     bool bounces = false, through = false, cuts = false;
   };
@@ -51,9 +51,9 @@ class UnilateralRattle {
     SubstepStates ends() const { return {t, r, from, to}; }
   };
 
-  void find_impacts(const SubstepStates& ends);  // meetings() := what the way meets
+  void find_impacts(const SubstepStates& ends);  // impacts() := those in the substep
   std::vector<Impact>& impacts() { return impacts_; }
-  double next_cut() const;  // of what was found: the first hit, if not too many; 2: none
+  double next_cut() const;  // the first impact, if there are not too many; 2: none
   // Resolves the impacts up to s; those that are not known as resting contacts count as hits.
   bool solve_substep(const Substep& substep, double until, bool hit);
   // Moves particles that penetrate a collider at x, put there by a user or by rounding, out without
@@ -68,7 +68,7 @@ class UnilateralRattle {
   // hits; true if there are any.
   bool find_hits(double t, const double* x, double still, double slow);
   std::span<const int> near(
-      const SubstepStates& ends) {  // particles that may touch something on the way
+      const SubstepStates& ends) {  // particles that may touch something in the substep
     find_candidates(ends);
     return candidates_;
   }
@@ -95,12 +95,12 @@ class UnilateralRattle {
   bool first_order_;
   RowValues start_rows_, rows_;
   ActiveSetContactSolver solver_;
-  std::vector<int> candidates_;  // free particles whose ways may touch something
+  std::vector<int> candidates_;  // free particles that may touch something
   std::vector<Impact> impacts_;
   std::vector<ContactForce> contacts_, velocity_contacts_;  // for places, for velocities
-  Array free_;                                              // where a piece ends without contact
+  Array free_;                                              // end of the substep without contact
   ContactWork work_;                                        // of the last press()
-  double until_ = 0;  // where on the way the last press() ended: what meets later is no part of it
+  double until_ = 0;  // end of the last solve, as a share: later impacts are not part of it
 };
 
 }  // namespace sim

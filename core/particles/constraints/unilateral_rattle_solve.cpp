@@ -11,12 +11,12 @@
 namespace sim {
 namespace {
 
-constexpr int kMaxContactPasses = 12;        // of finding what pushes put into other surfaces
+constexpr int kMaxContactPasses = 12;        // for contacts that other contact forces cause
 constexpr double kSlipTolerance2 = 1e-10;    // of the velocities at hand: a slip that is none
 constexpr double kLeastAlongPush = 0.1;      // of a normal, along the direction of its push
-constexpr double kOpposing = 0.9;            // cosine of what acts against the slip
+constexpr double kOpposing = 0.9;            // cosine of a force that opposes the slip
 constexpr double kOfScene = 1e-15;           // of the size of the scene
-constexpr double kContactConverged = 1e-13;  // where turns gain no more
+constexpr double kContactConverged = 1e-13;  // accepted if iterations stall
 
 Vec3 surface_velocity(const ContactForce& contact, double t, const Vec3& x) {
   return contact.collider->query(t, x).velocity;

@@ -22,7 +22,7 @@ class Incidence {
   }
 
  private:
-  std::vector<int> first_, places_;  // those of i: [first_[i], first_[i + 1])
+  std::vector<int> first_, places_;  // of particle i: [first_[i], first_[i + 1])
 };
 
 }  // namespace sim

@@ -59,7 +59,7 @@ class ParticleContactPass {
 
   struct BlockExtent {
     Vec3 middle, half;   // m, of the box that particles are in
-    double longest = 0;  // m, of their ways
+    double longest = 0;  // m, of their paths
   };
 
   struct NearbyColliders;
@@ -78,7 +78,7 @@ class ParticleContactPass {
   }
   void constrain_one(double t, const RestingContactKick& kick, int i);
 
-  struct Free;  // where particles are before they are settled
+  struct Free;  // the positions before contact
   void record_late_work(const RestingContactStep& step, const Free& free, int begin, int end);
 
   Particles* particles_;

@@ -159,7 +159,7 @@ bool GenericSplittingStepper::step(double t, double h, int /*count*/, const doub
   const std::size_t size = particles_->layout().size() + particles_->internal_size() +
                            (constraint_system_ ? constraint_system_->internal_size() : 0);
   std::copy_n(x, size, x_next);
-  double start = plan_.drift.front();  // how far the drifts so far have led, in steps
+  double start = plan_.drift.front();  // the sum of the drifts so far, in steps
   double constrain_after_kick = 0;     // and the kicks
   lead(t, start * h, x_next);
   drift(t, start * h, x_next);

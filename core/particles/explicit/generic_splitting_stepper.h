@@ -55,7 +55,7 @@ class GenericSplittingStepper final : public Stepper {
   Array a_, v_half_;                  // accelerations; velocities in the middle of a kick
   std::vector<Array> keeps_, gains_;  // of each kick and its first half, of every particle
   InternalDrift internal_drift_;
-  std::optional<ConstraintSolver> solver_;    // where there are constraints
+  std::optional<ConstraintSolver> solver_;    // if there are constraints
   Array kicked_;                              // velocities before a drift of theirs
   std::vector<std::vector<double>> weights_;  // of each kick: gain / (tau m), 1/kg
   bool held_ = false;                         // the last factors are those of the first drift

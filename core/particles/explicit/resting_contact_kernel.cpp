@@ -13,7 +13,7 @@ namespace {
 // have the bits of Contacts.
 using Point = V3<double>;
 constexpr int kLying = 8;   // particles of an entry
-constexpr int kRounds = 4;  // of what is iterated; others are for Contacts
+constexpr int kRounds = 4;  // of iterations; particles that need more go to Contacts
 
 SIM_INLINE Doubles number(double s) { return splat<double>(s); }
 SIM_INLINE Doubles choose(Mask m, Doubles a, Doubles b) { return m ? a : b; }
@@ -156,9 +156,9 @@ struct Press {
   const Surface<kForm>& before;
   const Surface<kForm>& after;
   Seen start;
-  Seen end;  // where the way ends before
+  Seen end;  // the surface at the former end of the path
   Mask sticking = {};
-  Point place = {};  // of what is stuck
+  Point place = {};  // of sticking lanes
 
   // Presses the lanes m onto the surface; lanes that reverse within the step are removed from
   // `known`.
@@ -278,7 +278,7 @@ SIM_INLINE void resolve_lanes(const RestingContactStep& step, const Surface<kFor
     resting |= inside;
   }
   known &= ~inside;
-  if (step.room < HUGE_VAL) {  // a way that changes more may meet another surface
+  if (step.room < HUGE_VAL) {  // a path that changes more may meet another surface
     const Point rest = path.moved - blow;
     const Doubles most = number(0.25 * step.room * step.room);
     known &= (dot(blow, blow) < most) & (dot(rest, rest) < most);

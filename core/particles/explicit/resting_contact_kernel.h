@@ -14,9 +14,9 @@ struct RestingContactStep {
   PrimitiveSurface before, after;  // at both ends of the step
   double friction = 0, restitution = 0;
   double reach = 0;                    // m, h times the fastest that the surface may be
-  double room = 0;                     // m, that ways may change and meet no other surface
+  double room = 0;                     // m, the change of a path that meets no other surface
   bool moves = false;                  // the surface
-  bool whole = false;                  // Way::between(), and velocities held; or a drift alone
+  bool whole = false;                  // StepPath::between() and velocities; or a drift alone
   const std::uint8_t* free = nullptr;  // a bit a particle
   const double *q0[3] = {}, *v0[3] = {};
   double *q[3] = {}, *v[3] = {};
@@ -38,8 +38,8 @@ struct RestingContactKick {
 // Results for eight particles, a bit each.
 struct RestingContactBlock {
   unsigned known = 0;                          // nothing is left to do for these
-  unsigned met = 0;                            // of these, those that something was done for
-  unsigned resting = 0;                        // as Way::pressed
+  unsigned met = 0;                            // of these, the particles in contact
+  unsigned resting = 0;                        // as StepPath::resting
   double lost[8], given[8];                    // as ContactWork, of settle()
   double lost_velocity[8], given_velocity[8];  // of hold(), J/kg
 };

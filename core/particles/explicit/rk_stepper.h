@@ -73,7 +73,7 @@ class RkStepper final : public Stepper {
   ArrayOf<Real> positions_;         // of every other stage; the rest lie in x_next
   Array velocities_[2], forces_;    // for forces that are neither affine nor springs in runs
   Script scripts_[2];
-  std::optional<ParticleContactPass> contact_pass_;  // where there are colliders
+  std::optional<ParticleContactPass> contact_pass_;  // if there are colliders
 };
 
 }  // namespace sim

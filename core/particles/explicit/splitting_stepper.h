@@ -36,7 +36,7 @@ class SplittingStepper final : public Stepper {
 
   // A stage of one step: an optional kick and the drift after it.
   struct Part {
-    double kick, drift, start;  // in units of h; start: where the drifts before it have led
+    double kick, drift, start;  // in units of h; start: the sum of the drifts before it
     bool kicks;
   };
 
@@ -81,11 +81,11 @@ class SplittingStepper final : public Stepper {
   std::vector<KickStage<Real>> stages_;
   std::vector<Moment> moments_;  // of the stages
   ArrayOf<Real> positions_, v_after_;
-  ArrayOf<Real> a_;                   // where there are colliders, to make a kick again
+  ArrayOf<Real> a_;                   // if there are colliders, to repeat a kick
   Array forces_;                      // that are neither affine nor springs in runs
   ArrayOf<Real> v_half_;              // in the middle of a kick, where forces depend on velocity
   std::vector<Array> keeps_, gains_;  // of the kicks, where masses differ
-  std::optional<ParticleContactPass> contact_pass_;  // where there are colliders
+  std::optional<ParticleContactPass> contact_pass_;  // if there are colliders
   double t_ = 0;                                     // s, where the steps begin
   std::vector<ContactStage> contacts_;               // of the stages
 };

@@ -53,7 +53,7 @@ class Rings {
   std::span<const SweepRun<Real>> runs() const { return runs_; }
   void clear();
 
-  std::int64_t turn = 0;  // where the next block goes in every ring, without its wraps
+  std::int64_t turn = 0;  // the position of the next block in every ring, without wraps
   bool of_part = false;   // the last sweep was over a part of the particles: not empty
 
  private:

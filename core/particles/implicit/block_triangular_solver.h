@@ -33,7 +33,7 @@ class BlockTriangularSolver final : public StageSolver {
   std::vector<std::string> notes() const override { return solver_->notes(); }
 
  private:
-  std::size_t internal_begin_;  // where the memories begin
+  std::size_t internal_begin_;  // offset of the internal variables
   InternalVariableSystem system_;
   std::unique_ptr<StageSolver> internal_solver_, solver_;
 };

@@ -22,7 +22,7 @@ struct FloatSpringProduct {
   const float *shift, *r[3], *x[3], *inverses[6];
   const std::uint8_t* free;
   float* out[3];
-  bool before = false;  // what nets add stands in out
+  bool before = false;  // `out` already holds the part of nets
 };
 
 struct FloatSpringKernels {

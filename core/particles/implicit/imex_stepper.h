@@ -47,7 +47,7 @@ class ImexStepper final : public ImplicitExplicitStepper {
   StiffPart parts_;
   Partition partition_;
   PartitionCount count_;
-  std::unique_ptr<Stepper> verlet_;  // where nothing is stiff
+  std::unique_ptr<Stepper> verlet_;  // if nothing is stiff
   std::unique_ptr<SoftSystem> soft_;
   std::unique_ptr<Particles> stiff_;
   std::unique_ptr<NewtonSolver> solver_;

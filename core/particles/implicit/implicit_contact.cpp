@@ -12,8 +12,8 @@ namespace {
 constexpr int kMostRounds = 10;
 constexpr int kMostFlips = 1;        // between sticking and sliding
 constexpr double kTouching = 1e-12;  // m, of a gap, in units of the place
-constexpr double kSlower = 0.1;      // than before, what friction would turn round
-constexpr double kLoosely = 1e-9;    // where friction is found by rounds
+constexpr double kSlower = 0.1;      // of the last slip, if friction would reverse it
+constexpr double kLoosely = 1e-9;    // if friction is iterated in rounds
 constexpr double kFriction = 1e-4;   // of its changes from round to round
 constexpr double kAtRest = 1e-12;    // of velocities, below which they are rounding
 constexpr double kNowhere = -1e300;  // m/s, a bound that is none
@@ -231,11 +231,11 @@ void ImplicitContact::linearise_friction(Stage& stage, std::size_t index) {
     friction = {most / size, path / size, most, normal, carrier};
   };
   if (bound.sticking) {
-    Vec3 along = bound.push;  // without what presses on surfaces
+    Vec3 along = bound.push;  // without the normal part
     for (int k = 0; k < held.count; ++k)
       along -= along.dot(bound.planes[k].normal) * bound.planes[k].normal;
     if (along.norm() <= most) return;
-    if (round_ == 0) {  // what is tied to it has slipped without friction so far
+    if (round_ == 0) {  // the parts tied to it have slipped without friction so far
       again_ = true;
       return;
     }

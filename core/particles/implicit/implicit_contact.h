@@ -37,7 +37,7 @@ class ImplicitContact {
 
   // The inequalities of the stage Y - tau f = r at time t; null where nothing is near.
   VelocityInequalities* bounds(double t, double tau, const StageOptions& method, const double* r);
-  void solved(const double* y);  // of that stage
+  void solved(const double* y);  // the solution of that stage
 
   // The accelerations at the start of the step, with contact forces on particles pressed into
   // surfaces.
@@ -48,7 +48,7 @@ class ImplicitContact {
     int particle = 0, count = 0, turns = 0;
     Collider* collider[VelocityInequality::kMost] = {};
     double since[VelocityInequality::kMost] =
-        {};  // s; a way before a bounce is no way of the particle
+        {};  // s: start of contact, before which the path does not count
     bool sticking = false;
     double sticking_since = 0;  // s, and where
     Vec3 place{0, 0, 0};
@@ -76,7 +76,7 @@ class ImplicitContact {
   void linearise_friction(Stage& stage, std::size_t index);
   void finish(double* x_next);
   void put_out(double* x_next, bool project);
-  Held* held(int i);                               // null: it lies on nothing
+  Held* held(int i);                               // null: no contact
   Held& entered(int i);                            // it does from now on
   std::span<Collider* const> colliders_at(int i);  // the colliders that it touches
   Vec3 surface_velocity(const Held& held, double t, const Vec3& x) const;
@@ -86,7 +86,7 @@ class ImplicitContact {
   int round_ = 0;
   std::size_t stage_ = 0;
   bool again_ = false, had_impact_ = false, begun_ = false;
-  Array start_;  // where the stages begin, if not at x
+  Array start_;  // start of the stages, if not x
   const double* from_ = nullptr;
   std::vector<Held> held_;
   std::vector<int> index_;                          // of each particle in held_; -1: none

@@ -16,7 +16,7 @@ void Lbfgs::add(Array& to, double factor, const Array& what) const {
 }
 
 void Lbfgs::learn(double length, const Array& d, const Array& before, const Array& after) {
-  constexpr double kLeast = 1e-3;  // of what g falls along d: less says nothing of the curvature
+  constexpr double kLeast = 1e-3;  // of the change of g along d: less tells nothing of curvature
   const double slope = dot(before, d), change = dot(after, d) - slope;
   if (!(change > -kLeast * slope)) return;
   Pair& pair = pairs_[next_];

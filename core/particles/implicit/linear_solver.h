@@ -66,7 +66,7 @@ class SparseLdlt final : public LinearSolver {
 
  private:
   struct Target {
-    int column[3];  // where in the values the block's part of each of three columns begins
+    int column[3];  // index of the block's first value in each of three columns
   };
   Target target(int low, int high) const;
   void assemble(const StageMatrix& matrix);

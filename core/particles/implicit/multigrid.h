@@ -46,7 +46,7 @@ class Multigrid {
   std::vector<int> first_, members_;  // particles of patches
   std::vector<int> places_;           // blocks of springs between two patches, in order
   std::vector<Vec3> arms_;            // of particles, in units of the size of their patch
-  Array across_;                      // of particles, what springs to other patches add to D
+  Array across_;                      // by particle: part of D by springs to other aggregates
   Array r_, x_;                       // of patches
   ArrayOf<float> rest_, guess_, more_;
 };

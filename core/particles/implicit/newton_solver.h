@@ -54,7 +54,7 @@ class NewtonSolver final : public StageSolver {
   void evaluate();
   void linearise(double share, bool predicted = false);
   LinearResult find_direction(double eta);          // d := -A^-1 g, within the bounds
-  LinearResult solve_linear(Array& g, double eta);  // of those planes that push
+  LinearResult solve_linear(Array& g, double eta);  // under the active inequalities
   void find_definite_direction(double eta);
   double descend(const double* direction);
   bool can_use_lbfgs();
@@ -77,7 +77,7 @@ class NewtonSolver final : public StageSolver {
   Array guess_, first_gradient_;     // velocities at the start and g there
   Array offset_, pulled_;            // m/s onto planes; g and A times that
   Lbfgs lbfgs_;                      // in a slide
-  double best_phi_ = 0, noise_ = 0;  // J; what rounding may do to it
+  double best_phi_ = 0, noise_ = 0;  // J; its rounding error
   Effort effort_;
 };
 

@@ -58,7 +58,7 @@ class StageEquation {
   Particles* system_;
   Layout half_;
   Array g_, d_, start_;
-  Array kinematic_;  // accelerations of those that are led
+  Array kinematic_;  // accelerations of kinematic particles
   double t_ = 0, tau_ = 0, phi_rounding_ = 0;
   const double* r_ = nullptr;
   double* y_ = nullptr;

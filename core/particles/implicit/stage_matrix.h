@@ -74,7 +74,7 @@ class StageMatrix {
   // Restricts A and D to the directions that the inequality constraints leave: conjugate gradients
   // then stay in that subspace (Baraff & Witkin 1998). Null or no active plane: all directions.
   void restrict_to(const VelocityInequalities* bounds);
-  void project_directions(double* r) const;  // r := what of it the planes leave
+  void project_directions(double* r) const;  // r := its part in the feasible directions
   bool restricted() const noexcept { return restricted_; }
 
   double apply(const double* p, double* out);       // out := A p, returns p.out

@@ -40,7 +40,7 @@ struct VelocityInequality {
 
   int particle = 0, count = 0;
   HalfSpace planes[kMost];
-  Friction friction_model;  // against what slips
+  Friction friction_model;  // on slip
   Vec3 friction{0, 0, 0};   // kg m/s, of that, in the gradient
   bool sticking = false;    // v = held, and nothing else
   Vec3 held{0, 0, 0};       // m/s
@@ -48,7 +48,7 @@ struct VelocityInequality {
   // The active set of the last trial, and the results from the gradient there.
   unsigned at = 0;            // a bit a plane
   unsigned active = 0;        // of these, the ones that push; kStuck where it is stuck
-  Mat3 free_directions{};     // where some are: the projection onto the directions that are left
+  Mat3 free_directions{};     // the projection onto the feasible directions
   Vec3 push{0, 0, 0};         // kg m/s, of the planes on the particle
   double pushes[kMost] = {};  // of each, >= 0
   Vec3 offset{0, 0, 0};       // m/s

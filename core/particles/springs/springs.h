@@ -48,7 +48,7 @@ class Springs {
           SpringSense sense = SpringSense::kBoth, bool breakable = false);
 
   std::span<const SpringRun> runs() const { return runs_; }
-  const Net& net() const { return net_; }  // those in no run
+  const Net& net() const { return net_; }  // springs in no run
   int particles() const { return n_; }
   long count() const { return count_; }
   SpringSense sense() const { return sense_; }  // of all

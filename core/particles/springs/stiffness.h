@@ -25,7 +25,7 @@ struct StiffProduct {
   double scale;
   const std::uint8_t* free;  // a bit a particle
   double* out[3];
-  bool before = false;  // K p of what else there is stands in out already
+  bool before = false;  // `out` already holds the other part of K p
 };
 
 struct SpringModel {

@@ -8,7 +8,7 @@
 namespace sim::study {
 namespace {
 
-constexpr double kFinest = 1e-11;     // of the size: what a reference tells, about
+constexpr double kFinest = 1e-11;     // of the size: about the accuracy of a reference
 constexpr double kImplicitCost = 40;  // evaluations that the time of an implicit step is worth
 constexpr double kWatched = 1.5;      // times as long takes a run whose states are looked at
 constexpr double kPilot = 2e5;        // evaluations of 64 particles

@@ -37,7 +37,7 @@ class ErrorEstimator {
   // jump in time, needs a new estimator.
   void advance(const Simulation& run);
   void follow(const Simulation& run);
-  void act(const Action& action);  // what moves or pushes a particle at once
+  void act(const Action& action);  // an action that moves or pushes a particle at once
 
   // The error of each particle, in m, or the one of a flat state, at the present time of the run:
   // its distance from the companion, as the order of the method makes an error of it. Not finite

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kAgreement = 4e-15;  // of the size of the numbers, in a step
 constexpr double kLeast = 1e-8;       // size of a number, of the largest of all
-constexpr double kSmallest = 1e-12;   // step, of the way to go
+constexpr double kSmallest = 1e-12;   // step, of the remaining time
 
 }  // namespace
 

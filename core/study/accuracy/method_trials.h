@@ -13,10 +13,10 @@ namespace sim::study {
 
 // The states of a run at equal intervals of time, and its cost.
 struct SeenRun {
-  std::vector<std::vector<double>> points;  // what the problem compares, at k time / intervals
+  std::vector<std::vector<double>> points;  // the compared quantities, at k time / intervals
   double cost = 0;                          // in evaluations of f, see cost_of()
   bool finished = false;
-  double figure = std::nan("");  // where the problem asks for one
+  double figure = std::nan("");  // if the problem asks for one
 };
 
 // Evaluations, and what the equations of implicit steps are worth in them: a fixed price for an

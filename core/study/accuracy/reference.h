@@ -17,7 +17,7 @@ struct Reference {
   // The compared numbers at equal times, [k] at k time / intervals(); empty when told to end.
   std::vector<std::vector<double>> points;
   std::vector<double> error;     // of each point, the largest of any number: how far the two differ
-  double figure = std::nan("");  // where the problem asks for one; `error` is then its own
+  double figure = std::nan("");  // if the problem asks for one; `error` is then its own
   Candidate method;              // one good to about 1e-6 of the scene's size, with so many steps:
   std::int64_t steps = 0;        // for runs that need not be exact
 

@@ -12,13 +12,13 @@
 namespace sim::study {
 
 struct Point {
-  double dt = 0, tolerance = 0;  // s; the tolerance of adaptive methods, otherwise 0
-  bool finished = false;         // otherwise the run left the finite numbers, or failed
-  double rms_end = 0;            // m, over the free coordinates at the end
-  double rms = 0;                // m, the largest of all steps: what "error" means elsewhere
-  double most_end = 0;           // m, of any coordinate at the end
-  int worst = 0;                 // the particle (or component) of most_end
-  double energy = 0;             // as Trajectory::energy_error
+  double dt = 0, tolerance = 0;            // s; the tolerance of adaptive methods, otherwise 0
+  bool finished = false;                   // otherwise the run left the finite numbers, or failed
+  double rms_end = 0;                      // m, over the free coordinates at the end
+  double rms = 0;                          // m, the largest of all steps: the "error" elsewhere
+  double most_end = 0;                     // m, of any coordinate at the end
+  int worst = 0;                           // the particle (or component) of most_end
+  double energy = 0;                       // as Trajectory::energy_error
   std::optional<ConstraintDrift> drift{};  // at the end, where there are constraints
   std::int64_t steps = 0;
   Effort effort;
@@ -46,7 +46,7 @@ struct Yardstick {
   int last = 0;     // the point of the reference up to which runs are compared
   bool energy = true;
   int repeats = 0;      // of timing
-  double rounding = 0;  // m, what the numbers of the method leave of a position
+  double rounding = 0;  // m, the rounding error of a position in the method's precision
   bool figure = false;  // one number is compared, see Quantity
 
   Yardstick of(const Candidate& method) const;  // the same with its rounding

@@ -31,7 +31,7 @@ struct TrajectoryPlan {
   std::int64_t steps = 0;                    // a multiple of `intervals`
   double tolerance = 0;                      // of methods that have one; 0 = their own
   bool energy = false;                       // watch it: not in runs that are timed
-  std::function<void(Simulation&)> begin{};  // what is done to the start
+  std::function<void(Simulation&)> begin{};  // changes the start
   // Shown what is compared at k time / intervals, from k = 0 on, as far as the run gets.
   std::function<void(int k, const std::vector<double>&)> see{};
 };

@@ -22,7 +22,7 @@ struct ContractCheck {
 
 struct Contract {
   std::vector<ContractCheck> checks;
-  std::uint64_t bits = 0;  // hash of what the plugins computed: the same on every instruction set
+  std::uint64_t bits = 0;  // hash of the plugins' results: the same on every instruction set
   std::function<long()> allocations = {};  // of this process so far; empty if nobody counts them
 };
 

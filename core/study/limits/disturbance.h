@@ -31,7 +31,7 @@ class Disturbance {
 
   Standstill* place_;
   std::vector<double> weights_;  // of each number of X, the energy of its disturbance
-  double own_ = 0;               // 1/s, what the system grows by itself at most
+  double own_ = 0;               // 1/s, the largest growth of the system itself
   std::unique_ptr<Integrator> integrator_;
   Array start_, x_, next_;
   bool keeps_steps_ = false;

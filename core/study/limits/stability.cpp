@@ -24,7 +24,7 @@ constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one
 
 // A study that takes much longer than estimated skips the rest: the estimate is made at the start,
 // where contact may not have begun.
-constexpr double kMostTimes = 3, kLeastOverrun = 2;  // of what it said, and s
+constexpr double kMostTimes = 3, kLeastOverrun = 2;  // of the estimate, and s
 
 bool bounded(const std::optional<double>& limit) {
   return limit && *limit > 0 && *limit < kInfinity;
@@ -101,7 +101,7 @@ double energy_time(const Simulation& system, const std::vector<MethodStability>&
   double largest = 0;
   for (const MethodStability& each : methods)
     if (bounded(step_limit(each))) largest = std::max(largest, *step_limit(each));
-  constexpr double kFirstOrder = 400;  // steps of the largest limit that show what happens
+  constexpr double kFirstOrder = 400;  // steps of the largest limit, enough to show the behaviour
   const double duration = system.duration() > 0 ? system.duration() : 100 * largest;
   return system.second_order() ? duration : std::min(duration, kFirstOrder * largest);
 }

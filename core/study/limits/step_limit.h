@@ -71,7 +71,7 @@ class MeasuredRadius {
   const Spectrum* spectrum_;
   StepMap map_;
   double size_ = 0;       // of the disturbance, m
-  double tolerance_ = 0;  // what rounding and curvature make of a radius of 1
+  double tolerance_ = 0;  // the effect of rounding and curvature on a radius of 1
   Array x_, above_, below_;
 };
 

@@ -31,7 +31,7 @@ class Track {
   std::optional<double> cut() const;  // s, where the next step has to end, if that is a shorter one
   void continue_from(double total, std::span<const double> work);  // that of a first part, if known
   std::vector<double> work_memory() const { return monitor_.work_memory(); }
-  void touched(double energy);  // by a hand, at the present state, by so many J; no shadow then
+  void touched(double energy);  // by a user, with so many J; there is no refined run then
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
   std::int64_t row_stride() const { return row_stride_; }

@@ -15,7 +15,7 @@
 namespace sim::study {
 namespace {
 
-constexpr double kRoundings = 1e-11;    // of the sizes of what is added up
+constexpr double kRoundings = 1e-11;    // of the sizes of the terms
 constexpr double kBelow = 1e-6;         // of the scene's size, that a particle may be inside
 constexpr double kFewParticles = 2000;  // whose evaluation costs nothing to speak of
 constexpr double kOneOf = 100, kOneOfOthers = 400;  // evaluations, of which a run affords a look

@@ -24,7 +24,7 @@ class ReferenceForces {
 
   struct Sum {
     Vec3 force{0, 0, 0};  // N
-    double scale = 0;     // N, of what rounding errors are a share
+    double scale = 0;     // N, the scale of rounding errors
   };
   const std::vector<int>& ids() const { return ids_; }
   std::vector<Sum> forces(const ParticleView& view) const;  // on each of the ids

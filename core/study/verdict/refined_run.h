@@ -37,7 +37,7 @@ class RefinedRun {
     std::optional<MethodChoice> method{};  // instead of the sharper one
     std::int64_t stride = 0;               // steps between looks at figures and springs; 0: none
     std::vector<Quantity> figures{};       // judged; then the stride is 1
-    bool springs = false;                  // those that come to a point are looked for
+    bool springs = false;                  // springs that come to a point are searched for
     bool strain = false;                   // and how far they are stretched
     bool energy = false, states = false;   // kept, in each sight
 

@@ -13,7 +13,7 @@ struct Finding;
 
 // A quantity that the scene observes: how far it differs in the shadow, and in neighbours.
 struct ObservedDeviation {
-  double at_end = 0, most = 0;       // at the last state; largest on the way
+  double at_end = 0, most = 0;       // at the last state; largest of the run
   double neighbours = std::nan("");  // at the last state, the largest; where they were asked
 };
 
@@ -29,8 +29,8 @@ struct RunDeviation {
 
   Outcome outcome = Outcome::kNone;
   double until = HUGE_VAL;       // s; where the two were compared up to that time only
-  double error = std::nan("");   // largest on the way, of a particle, in m, or of a number
-  double rms = std::nan("");     // of all, the largest on the way, where it was asked for
+  double error = std::nan("");   // largest of the run, of a particle, in m, or of a number
+  double rms = std::nan("");     // of all, the largest of the run, if asked for
   double at_end = std::nan("");  // the largest of one at the last state
   double share = std::nan("");   // largest error over the scene's size at that time
   double energy = std::nan("");  // largest |E - E of the shadow| over the energy in play
@@ -40,7 +40,7 @@ struct RunDeviation {
   StrainedSpring strain;         // worst of the shadow, which may show states in between
   std::vector<ObservedDeviation> observed;  // of each observer of the scene
   std::vector<OtherFigures> figures;        // as StepDoubling::judge() asked
-  double missed_at = std::nan("");  // s, where the right-hand side did what no step has seen
+  double missed_at = std::nan("");  // s, of a value of the right-hand side that no step has seen
 
   double others_broke_at = std::nan("");  // s, from when on the shadow has other broken ties
 

@@ -72,9 +72,9 @@ class LimitCriterion final : public Criterion {
 // A light particle with drag may decay faster than anything vibrates: at most as fast as velocities
 // by themselves and, if that is too fast for the step, by the eigenvalues.
 StepShare LimitCriterion::share_of_decay(double affordable) const {
-  if (system_->constraint_system()) return {};  // what holds is not in these
+  if (system_->constraint_system()) return {};  // the rates leave out constraints
   const Integrator& integrator = system_->integrator();
-  if (integrator.limiting_part()) return {};  // and what is implicit is
+  if (integrator.limiting_part()) return {};  // and implicit parts
   const VelocityDecay decay =
       velocity_decay(*system_, std::clamp(static_cast<int>(affordable), 4, 6));
   const double h = system_->h();

@@ -14,7 +14,7 @@ namespace sim::study {
 namespace {
 
 constexpr std::size_t kMostFrames = 100, kMostNumbers = std::size_t{1} << 22;  // kept of a run
-constexpr int kNeighbours = 3;             // asked for what is observed, where it is chaotic
+constexpr int kNeighbours = 3;             // runs that check observables in chaos
 constexpr std::size_t kFewNumbers = 1000;  // of a flat state
 constexpr double kLittle = 0.01;           // of the largest number of a run
 constexpr int kFinestStates = 200;         // that an adaptive shadow shows, at least
@@ -417,7 +417,7 @@ RefinedRun StepDoubling::neighbour(int which) const {
 void StepDoubling::look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
                                   RunDeviation& result) const {
   const double size = usual_size();
-  constexpr double kMostRate = 700;  // 1/s, of what exp() can tell
+  constexpr double kMostRate = 700;  // 1/s, the range of exp()
   RefinedRun other = neighbour(0);
   const double apart =
       largest_distance(frames_.front().seen.x, positions(other.system()), run_->flat());

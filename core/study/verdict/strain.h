@@ -20,10 +20,10 @@ StrainedSpring worst_spring(Simulation& system);
 // there without speed leaves on either side. Predicted from the present state and, on straight
 // lines, `ahead` s.
 struct Pinch {
-  static constexpr double kNear = 0.1;  // of the rest length; what stays longer is not looked at
+  static constexpr double kNear = 0.1;  // of the rest length; longer springs are not examined
 
   int a = -1, b = -1;
-  double share = HUGE_VAL;   // smallest length over rest length, of those that come near
+  double share = HUGE_VAL;   // smallest length over rest length, of springs that come near
   double margin = HUGE_VAL;  // m: as little decides on which side it comes out
 };
 Pinch nearest_pinch(Simulation& system, double ahead);

@@ -27,7 +27,7 @@ const char* trust_name(Trust trust);  // "trusted", "unverified", "chaotic", ..
 
 // Not a number: not known.
 struct Figures {
-  double energy = std::nan("");      // largest |E + W - E(0)| and what is unknown of W, that drag
+  double energy = std::nan("");      // largest |E + W - E(0)| and the uncertainty of W, which drag
                                      // has taken, over the energy in play
   double dt_share = std::nan("");    // of the largest stable step; 0: any is, infinity: none is
   bool at_most = false;              // dt_share comes from the bound on omega
@@ -93,7 +93,7 @@ class Monitor {
   // At the present state, now and then; `energy` in a second-order system only.
   void look(const Energy* energy);
 
-  bool exploded() const;                 // as far as the looks say: far above the start
+  bool exploded() const;                 // as far as the samples show: far above the start
   bool sound() const { return sound_; }  // not, and energy mostly kept, at the last look
   // The verdict on the run up to the present state, which is sampled if the last sample was not at
   // it; `deviation` from its refined run, where it had one.
@@ -108,7 +108,7 @@ class Monitor {
   double start_scale_ = 0;  // J, at the start and the first time that anything moves
   double highest_ = 0;      // J, rise of E above the start
   Energy start_;
-  bool touched_ = false, sound_ = true;  // by a hand; see sound()
+  bool touched_ = false, sound_ = true;  // by the user; see sound()
   double start_size_ = 0;                // largest number of a first-order state at the start
   std::vector<std::unique_ptr<Criterion>> criteria_;
 };

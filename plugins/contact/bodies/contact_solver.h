@@ -15,15 +15,15 @@ struct SolverBody {
   double inverse_mass = 0;          // 1/kg
   Mat3 inverse_inertia;             // in space, 1/(kg m^2)
   Vec3 velocity, angular_velocity;  // m/s, rad/s
-  Vec3 translation, rotation;       // m, rad: what the impulses so far have moved it
+  Vec3 translation, rotation;       // m, rad: the motion by the impulses so far
 };
 
 // A contact point of two solver bodies; second = -1: a collider, which no impulse moves.
 struct ContactPoint {
   int first = 0, second = -1, feature = 0;
-  int key1 = 0, key2 = 0;   // of what these are, the same from step to step
+  int key1 = 0, key2 = 0;   // the keys of both sides, the same from step to step
   Vec3 normal, arm1, arm2;  // to the first; from the centers of mass, m
-  Vec3 ground;              // velocity of what does not move, m/s
+  Vec3 ground;              // velocity of the fixed side, m/s
   double gap = 0;           // m, at the end of the free step
   double tiny = 0;          // m: a gap that is none
   // The motion in which impacts are sought: the free motion, but without forces if there is contact
@@ -31,7 +31,7 @@ struct ContactPoint {
   double path_gap = 0, path_gain = 0;    // m, at the end; m/s, not counted in the rate there
   double acceleration = 0;               // m/s^2
   double friction = 0, restitution = 0;  // of rest, at the slip at hand; of a slow blow
-  ContactMaterial sides[2];              // where one has a law that is not Coulomb's
+  ContactMaterial sides[2];              // if one has a law other than Coulomb's
   double before = 0;    // m/s, the normal velocity just before they touch; < 0: nearing
   double after = 0;     // s, from the touch to the end of the step
   double duration = 0;  // s: an impulse p moves the gap by lever * p / mass
@@ -42,8 +42,8 @@ struct ContactPoint {
   double normal_impulse = 0, tangent_impulse[2] = {};  // N s, of resting contact
   Vec3 friction_impulse;                               // N s, the last two in space, to begin with
   double given = 0;                                    // m/s, gained by forces after the touch
-  double offset = 0;  // what rests is 0 <= normal velocity + offset
-  int collider = -1;  // what does not move
+  double offset = 0;  // resting contact is 0 <= normal velocity + offset
+  int collider = -1;  // the fixed side
 
   bool has_law() const { return sides[0].law || sides[1].law; }
   // The combined laws of both sides: the larger restitution, the geometric mean of friction; speeds

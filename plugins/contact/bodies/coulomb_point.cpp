@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kMostTurns = 24;
 constexpr double kSingular = 1e-12;   // of the product of the diagonal
-constexpr double kJammed = 1e-3;      // of W_nn: what friction leaves of it
+constexpr double kJammed = 1e-3;      // of W_nn: the least response under friction
 constexpr double kDirection = 1e-8;   // of a radian: its square is rounding
 constexpr double kLongestTurn = 0.7;  // of tan(angle / 2)
 

@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-constexpr double kFlat = 1e-6;  // of the size: what is one plane
+constexpr double kFlat = 1e-6;  // of the size: the deviation of one plane
 
 RigidShape mesh_of_box(const Vec3& half) {
   RigidShape mesh;
@@ -102,7 +102,7 @@ class HullBuilder {
     for (std::size_t k = 0; k < next.size(); ++k) {
       hull_.corners.push_back(corner);
       corner = next.at(corner);
-      if (corner == first && k + 1 < next.size()) return false;  // more than one way
+      if (corner == first && k + 1 < next.size()) return false;  // several loops
     }
     hull_.faces.push_back({normals_[group], normals_[group].dot(point(first)), begin,
                            static_cast<int>(hull_.corners.size())});

@@ -48,7 +48,7 @@ class RestingSolver {
     std::vector<int> bodies = {};    // that move
   };
   struct Sweep {
-    double residual = 0, rounding = 0;  // m/s, and what rounding may leave of it
+    double residual = 0, rounding = 0;  // m/s, and its rounding error
   };
   using Bodies = std::span<SolverBody>;
 

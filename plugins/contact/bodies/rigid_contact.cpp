@@ -8,9 +8,9 @@
 namespace sim {
 namespace {
 
-constexpr double kOverlap = 10;  // tolerances: what is left where bodies overlap, of a radius
-constexpr double kShare = 1e-2;  // of that: what the moves that part bodies are solved to
-constexpr double kNear = 0.02;   // of a radius: what these moves may bring to touch
+constexpr double kOverlap = 10;  // tolerances: the overlap left between bodies, of a radius
+constexpr double kShare = 1e-2;  // of that: the accuracy of the moves that separate bodies
+constexpr double kNear = 0.02;   // of a radius: the gap within which these moves may cause contact
 constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
 

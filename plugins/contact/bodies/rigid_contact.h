@@ -48,7 +48,7 @@ class RigidContact {
 
   struct Counts {
     int most = 0;            // points that touched at once
-    double fastest = 0;      // m/s, of what touched
+    double fastest = 0;      // m/s, of bodies in contact
     double unconverged = 0;  // m/s, the last change of the solver where it did not get to its end
   };
   const Counts& counts() const { return counts_; }
@@ -62,12 +62,12 @@ class RigidContact {
   struct Reach {  // of one mover in one step
     RigidState before, after;
     double radius = 0, path_length = 0;  // m, around the center of mass; the longest of any point
-    double scale = 0;                    // m, what small gaps are measured by
+    double scale = 0;                    // m, the scale of small gaps
     double duration = 0;  // s: a force through the step moves it by lever * its velocity
-    double gained = 0;    // (m/s)^2: what forces and constraints made of its velocity
+    double gained = 0;    // (m/s)^2: the velocity change by forces and constraints
     bool fixed = false;   // one of its particles is pinned
   };
-  struct Ball {                // around a body and the way that it may go
+  struct Ball {                // around a body and its possible path
     double low = 0, span = 0;  // m, its end on the axis of the sweep; its radius
     Vec3 center;
     int body = 0;
@@ -103,11 +103,11 @@ class RigidContact {
   ContactSolver contact_solver_;
   RestingSolver resting_solver_;
   double tolerance_, gap_tolerance_;
-  std::unique_ptr<BodyJoints> joints_;  // where there are others than bodies have alone
+  std::unique_ptr<BodyJoints> joints_;  // if there are others than bodies have by themselves
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none
   double fastest_single_ = 0;           // m/s
-  double passed_on_ = 0;  // m: the longest way of a body that bounces, which others may go for it
+  double passed_on_ = 0;  // m: the longest path of a body that bounces, which others may take over
   std::vector<Reach> reach_;  // of movers
   std::vector<SolverBody> solver_bodies_, moved_bodies_;
   std::vector<Ball> balls_;  // of bodies, along the axis of the sweep

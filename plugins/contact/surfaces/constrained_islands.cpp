@@ -9,10 +9,10 @@
 namespace sim {
 namespace {
 
-constexpr double kPieceShareUsed = 0.8;              // of what was seen to be free
-constexpr int kPieceHalvings = 8;                    // before a piece moves as one
+constexpr double kPieceShareUsed = 0.8;              // of the share known to be free
+constexpr int kPieceHalvings = 8;                    // before an island moves as one
 constexpr int kHalvingsToRest = kPieceHalvings + 1;  // and before it does not move
-constexpr double kNoPull = 1e-9;                     // of a gradient: what holds nothing in place
+constexpr double kNoPull = 1e-9;                     // of a gradient: a row that fixes nothing
 
 }  // namespace
 

@@ -43,12 +43,12 @@ class ConstrainedIslands {
 
   // Scales displacements; the first call of a step gives those of which they are fractions.
   void share(std::span<const Vec3> goal);
-  void join(const std::array<int, 4>& ids, double s);  // these meet at the share s of their ways
+  void join(const std::array<int, 4>& ids, double s);  // a hit at the share s of displacements
   bool slow(std::span<const std::uint8_t> which);      // false where none of these moves any more
   // displacement := the scaled one, projected. False if a colliding island has stopped: culprit().
   bool apply(std::span<const Vec3> from, std::span<Vec3> displacement,
              std::span<std::uint8_t> touched, std::span<std::uint8_t> dirty);
-  void share_velocities(std::span<Vec3> velocity);  // of what goes a shorter way
+  void share_velocities(std::span<Vec3> velocity);  // of slowed islands
   int culprit() const { return culprit_; }
   bool shares() const { return sharing_; }  // in this step
 
@@ -56,7 +56,7 @@ class ConstrainedIslands {
   void follow(double* x_next) const;
 
  private:
-  struct Sum {  // of the root of a piece
+  struct Sum {  // of the root of an island
     Vec3 moment{};
     double mass = 0, share = 1;
     int slowed = 0;
@@ -68,7 +68,7 @@ class ConstrainedIslands {
   void find_islands();
   bool slow_met();
   void add_up(std::span<const Vec3> of);
-  Vec3 shared(int i, const Vec3& of);  // what is left of a way or velocity
+  Vec3 shared(int i, const Vec3& of);  // the share of a displacement or velocity
   void load(std::span<const Vec3> from, std::span<const Vec3> displacement);
 
   Particles* particles_;
@@ -76,7 +76,7 @@ class ConstrainedIslands {
   double t_ = 0, t_end_ = 0;
   Array start_, end_;                     // states
   bool near_ = false;                     // factors are of a state near the end
-  bool found_ = false, sharing_ = false;  // the pieces; some go a shorter way
+  bool found_ = false, sharing_ = false;  // the islands; some are slowed
   std::vector<int> parent_;
   std::vector<Sum> sums_;
   std::vector<Vec3> goal_;

@@ -6,8 +6,8 @@
 namespace sim {
 namespace {
 
-constexpr double kShareUsed = 0.8;  // of what was seen to be free
-constexpr int kHalvings = 6;        // before a zone moves as one piece
+constexpr double kShareUsed = 0.8;  // of the share known to be free
+constexpr int kHalvings = 6;        // before a zone moves rigidly
 
 }  // namespace
 

@@ -41,7 +41,7 @@ class ImpactZones {
     Vec3 moment{}, kinematic_motion{};
     double mass = 0, share = 1;
     int leader = -1, slowed = 0;
-    int motion = -1;  // of motions_, where several lead, each its own way
+    int motion = -1;  // in motions_, if kinematic particles have several
   };
 
   int root(int i);

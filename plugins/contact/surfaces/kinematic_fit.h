@@ -15,7 +15,7 @@ class KinematicFit {
   void add(const Vec3& place, const Vec3& displacement) {
     kinematic_.push_back({place, displacement});
   }
-  Vec3 at(const Vec3& place) const;  // way of the space there; zero where nothing was added
+  Vec3 at(const Vec3& place) const;  // displacement of the space there; zero if nothing was added
 
  private:
   struct KinematicPoint {

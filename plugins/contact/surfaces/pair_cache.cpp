@@ -10,7 +10,7 @@ constexpr double kRowReach = 1.5;   // thicknesses
 constexpr double kShareKept = 0.1;  // of a distance
 constexpr double kWaysAhead = 2;    // that covers leave room for...
 constexpr double kMostAhead = 4;    // ...but no more thicknesses than these
-constexpr double kLoose = 4;        // times what ways need: a list of pairs that is too long
+constexpr double kLoose = 4;        // times the needed size: a list of pairs that is too long
 constexpr double kUnknown = -HUGE_VAL;
 
 bool swept_apart(const FourPoints& p, const FourPoints& d, PairKind kind, double reach) {

@@ -61,7 +61,7 @@ class PairCache {
     Vec3 middle;
     double half = -1;
   };
-  double half_of(double move) const;  // of the cover of a way of this length, m
+  double half_of(double move) const;  // of the fat box of a displacement of this length, m
   bool holds(std::span<const Vec3> from, std::span<const Vec3> displacement);
   bool loose(std::span<const Vec3> displacement) const;
   void make(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);

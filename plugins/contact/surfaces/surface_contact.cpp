@@ -11,8 +11,8 @@
 namespace sim {
 namespace {
 
-constexpr double kPush = 0.1;         // of what a distance lacks of the thickness, in a step
-constexpr int kImpulseRounds = 8;     // of impulses along ways
+constexpr double kPush = 0.1;         // of the missing distance, in a step
+constexpr int kImpulseRounds = 8;     // of impulses on displacements
 constexpr int kSweeps[2] = {12, 6};   // of rows, in the first round and the later ones
 constexpr int kHalvingsOfAll = 24;    // of the motion of all surfaces, against their energy
 constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart

@@ -63,8 +63,8 @@ class SurfaceContact {
 
   struct Counts {
     std::int64_t steps = 0, pairs = 0, zones = 0;  // in which it acted; the most at once; in zones
-    std::int64_t shortened = 0;  // steps in which what constraints join went a shorter way
-    double deepest = 0;          // m, inside a collider, by contact of surfaces
+    std::int64_t shortened = 0;                    // steps in which constrained islands were slowed
+    double deepest = 0;                            // m, inside a collider, by contact of surfaces
   };
   const Counts& counts() const { return counts_; }
 
@@ -75,13 +75,13 @@ class SurfaceContact {
   bool limit_strain();  // rows for edges that would end too long; whether there are any
   bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
   void add_hits();
-  void round_displacements();  // d := what the numbers of x_next can hold
+  void round_displacements();  // d := rounded as x_next stores it
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
   bool advance(Particles& particles, double t_end);
   bool advance_substeps(Particles& particles, double t, double h);  // surface_contact_substeps.cpp
   void join_substeps();
-  bool advance_constrained(Particles& particles, double t_end);  // what constraints join: _held.cpp
+  bool advance_constrained(Particles& particles, double t_end);  // see _constrained.cpp
   bool advance_shortened(Particles& particles);
   bool relax_constrained(Particles& particles, double t_end);
   bool meet_bodies();
@@ -96,11 +96,11 @@ class SurfaceContact {
 
   SurfaceContactSpec spec_;
   PairCache pairs_;
-  std::optional<SelfCollisionCulling> sheet_;  // where there is one surface, a sheet
+  std::optional<SelfCollisionCulling> sheet_;  // if the only surface is a sheet
   ContactImpulses impulses_;
   ImpactZones impact_zones_;
-  std::unique_ptr<ConstrainedIslands> islands_;  // where there are constraints
-  const BodyGeometry* bodies_ = nullptr;         // where there are some that touch
+  std::unique_ptr<ConstrainedIslands> islands_;  // if there are constraints
+  const BodyGeometry* bodies_ = nullptr;         // null without bodies in contact
   std::vector<std::array<int, 2>> torn_;
   std::vector<ManifoldPoint> points_;
   std::vector<int> movable_;  // particles that a step may change: of surfaces, or all
@@ -108,7 +108,7 @@ class SurfaceContact {
       velocity_;  // first_: at leg 0
   std::vector<double> inverse_mass_, bounds_;
   std::vector<double> longest_;                // m, of edges; empty without a limit
-  std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test of ways
+  std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test for hits
   std::vector<ProximityHit> hits_;
   bool collides_ = false;
   double work_ = 0;
