@@ -1,4 +1,4 @@
-// Rigid bodies as others see them that act on the end of a step: where they are touched.
+// The geometry of rigid bodies for other corrections of steps: contact points on their surfaces.
 #pragma once
 
 #include <vector>
@@ -26,8 +26,8 @@ class BodyGeometry {
   virtual double radius(int i) const = 0;                   // m, of a ball around its center
   virtual bool are_tied(int body, int particle) const = 0;  // joined: they do not touch
 
-  // Appends where a body in this state, the first of the two, and a point are at most `margin`, m,
-  // apart.
+  // Appends the contact points of a body in this state, the first of the two, and a point with a
+  // gap of at most `margin`, m.
   virtual void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
                            std::vector<ManifoldPoint>& out) const = 0;
 };

@@ -39,19 +39,19 @@ class Collider {
   // free distance.
   virtual SurfaceSample query(double t, const Vec3& x) const = 0;
 
-  // m, no more than the gap of any point of the box middle -+ half. Asked of all particles, many at
-  // a time, in every step.
+  // A lower bound, m, of the gaps of all points in the box middle -+ half. Evaluated for all
+  // particles, many at a time, in every step.
   virtual double clearance(double t, const Vec3& middle, const Vec3& half) const {
     return query(t, middle).gap - half.norm();
   }
 
-  // The same surface at time t as a primitive, where it is one: for many points at a time.
+  // The same surface at time t as a primitive, if it is one, for queries of many points at a time.
   virtual PrimitiveSurface as_primitive(double /*t*/) const { return {}; }
 
-  // False where nothing depends on t.
+  // False if nothing depends on t.
   virtual bool moves() const { return true; }
 
-  // m/s, a bound on how fast the gap of a point at rest changes between two times.
+  // A bound, m/s, on the rate of the gap of a point at rest between two times.
   virtual double max_speed(double /*t0*/, double /*t1*/) const { return 0; }
 
   // The position at t1 of the point of the body that is at x at t0.
@@ -59,12 +59,13 @@ class Collider {
     return x + (t1 - t0) * query(0.5 * (t0 + t1), x).velocity;
   }
 
-  // True where prepare_interval() has to be called before queries between two times: for colliders
+  // True if prepare_interval() has to be called before queries between two times: for colliders
   // that can be evaluated on one thread only. It may throw Error{kScene}.
   virtual bool sampled() const { return false; }
   virtual void prepare_interval(double /*t0*/, double /*t1*/) {}
 
-  // A shape with inner edges, where particles may touch several sides, returns one collider a side.
+  // A shape with inner edges, at which particles may touch several sides, returns one collider a
+  // side.
   virtual std::vector<std::unique_ptr<Collider>> sides() { return {}; }
 
   // A note for the user, one sentence; may be empty.

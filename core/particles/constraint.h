@@ -54,7 +54,7 @@ class Constraint {
   virtual RowPattern pattern() const = 0;                                       // after bind()
   virtual void evaluate(const ParticleView& view, const Rows& rows) const = 0;  // all of them
 
-  // True where phi depends on t: such a constraint may do work.
+  // True if phi depends on t: such a constraint may do work.
   virtual bool moves() const { return false; }
 
   // Internal variables of the constraint in X (`internal` of its view), which follow from the
@@ -65,8 +65,8 @@ class Constraint {
   virtual void follow(const ParticleView& /*view*/, std::span<double> /*memory*/) const {}
 
   // Second derivatives that are multiples of the unit matrix, d2 phi / dx_a dx_b = c I: c in 1/m of
-  // each row and of each pair a <= b of its particles, (0, 0), (0, 1), .., (1, 1), .. They come as
-  // 0. Long steps of flexible pieces need them, see ImplicitDrift; all others may be left out.
+  // each row and of each pair a <= b of its particles, (0, 0), (0, 1), .., (1, 1), .., initialised
+  // to 0. Long steps of flexible chains need them, see ImplicitDrift; all others may be left out.
   virtual void curvature(const ParticleView& /*view*/, double* /*pairs*/) const {}
 
   // "rod 3-7", in errors and tables.

@@ -15,8 +15,8 @@ class ContactLaw {
  public:
   virtual ~ContactLaw() = default;
 
-  // 0 .. 1: the share of the normal velocity that a blow at `approach` >= 0 m/s gives back. At 0
-  // m/s it is 0 only where it is 0 everywhere.
+  // The coefficient of restitution, 0 .. 1: the share of the normal velocity that an impact at
+  // `approach` >= 0 m/s gives back. At 0 m/s it may be 0 only if it is 0 everywhere.
   virtual double restitution(double approach) const = 0;
 
   // The friction coefficient at a slip of `speed` >= 0 m/s: the largest friction, >= 0, as a share
@@ -24,8 +24,8 @@ class ContactLaw {
   // there only if it is 0 everywhere.
   virtual double friction(double speed) const = 0;
 
-  // True where neither depends on the speed: then it is Coulomb's law with Newton's restitution,
-  // for which there are kernels of its own.
+  // True if neither depends on the speed: then it is Coulomb's law with Newton's restitution, which
+  // has kernels of its own.
   virtual bool constant() const { return false; }
 };
 
@@ -33,7 +33,7 @@ class ContactLaw {
 struct ContactMaterial {
   double restitution = 0;  // 0 .. 1: the share of the normal velocity that a bounce gives back
   double friction = 0;     // Coulomb's coefficient, >= 0
-  // Null: Coulomb's, with these numbers. Another: they are its values at 0 m/s.
+  // Null: Coulomb's law with these numbers. Another law: they are its values at 0 m/s.
   std::shared_ptr<const ContactLaw> law = {};
 
   double restitution_at(double approach) const {
@@ -59,7 +59,7 @@ inline ContactMaterial surface_of(std::shared_ptr<const ContactLaw> law) {
   return surface;
 }
 
-// Coulomb's cone: a pull along a surface that may be `most` at most.
+// Coulomb's cone: the tangential vector `pull` shortened to `most`.
 inline Vec3 within_cone(const Vec3& pull, double most) {
   const double size = pull.norm();
   return size > most ? Vec3(most / size * pull) : pull;

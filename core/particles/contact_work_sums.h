@@ -7,13 +7,12 @@
 
 namespace sim {
 
-// Energy per mass that contact took and that moving surfaces gave, J/kg (in a StepPath:
-// (m/step)^2).
+// Energy per mass lost in contact and given by moving surfaces, J/kg (in a StepPath: (m/step)^2).
 struct ContactWork {
   double lost = 0, given = 0;
 };
 
-// Sums are kept for blocks of particles and added up in their order, so that threads change no bit.
+// Sums are kept for blocks of particles and added in their order, so that threads change no bit.
 class ContactWorkSums {
  public:
   explicit ContactWorkSums(int n)

@@ -23,12 +23,12 @@ enum class Accuracy { kSettle, kProject, kEvent };
 // end by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
 class Contacts {
  public:
-  // Throws Error{kScene} with the first of the free particles [0, count) that is inside at the
+  // Throws Error{kScene} with the first of the free particles [0, count) that penetrates at the
   // start.
   void add(std::unique_ptr<Collider> collider, const std::string& name, const ParticleView& initial,
            int count);
 
-  // Turns off the colliders that were added under these numbers; the others act.
+  // Turns off the colliders that were added under these numbers, and all others on.
   void set_off(std::span<const std::size_t> colliders);
 
   void set_accuracy(Accuracy accuracy) { accuracy_ = accuracy; }  // kSettle before that
@@ -41,7 +41,7 @@ class Contacts {
   ContactWorkSums& work_sums() const { return *work_sums_; }  // null without colliders
 
   bool move() const noexcept { return move_; }  // some of them
-  // Before a step from t0 to t1, on one thread, where sampled().
+  // Called before a step from t0 to t1, on one thread, if sampled().
   bool sampled() const noexcept { return sampled_; }
   void prepare_interval(double t0, double t1) const;
 
@@ -59,8 +59,8 @@ class Contacts {
   // over-constrained.
   void resolve(double t, double h, StepPath& path) const;
 
-  // The first impact of a path with a collider that is not among the `known` resting contacts: its
-  // restitution and friction; false where there is none.
+  // The first impact of a path with a collider that is not among the `known` resting contacts, with
+  // restitution and friction; false if there is none.
   struct Impact {
     Collider* collider = nullptr;
     double s = 0;           // share of the step
@@ -73,11 +73,11 @@ class Contacts {
               Impact& impact) const;
   // The gap below which a particle rests on the surface, given the rounding of its coordinates.
   static double slack(const Vec3& x);
-  // Moves a position out of all colliders; false where it is over-constrained.
+  // Moves a position out of all colliders; false if it is over-constrained.
   bool push_out(double t, Vec3& x) const;
 
   // The same for particle i: writes its position (m) and velocity (m/s) at the end of the step, and
-  // adds to the work sums; `hold_too`: then constrain_velocity(). False where it touched nothing.
+  // adds to the work sums; `hold_too`: then constrain_velocity(). False if it touched nothing.
   bool resolve(double t, double h, int i, double mass, bool hold_too, StepPath& path, Vec3& place,
                Vec3& velocity) const;
 

@@ -1,4 +1,4 @@
-// Forces of cells that fill a body, and how well the cells still stand for it.
+// Forces of cells that fill a body, and the quality of the cells.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ inline double shear_angle(double a, double b) {
 
 class ContinuumForce : public Force {
  public:
-  // In a state; may take memory.
+  // Evaluates the cells at a state; may take memory.
   virtual CellQuality cell_quality(const ParticleView& view) const = 0;
 };
 

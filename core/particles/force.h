@@ -30,7 +30,7 @@ struct SceneNames;  // core/particles/scene_names.h
 class StepCorrection;
 class ThreadPool;
 
-// A force is a pure function of (t, X): memory that changes is a part of X.
+// A force is a pure function of (t, X): its changing internal variables are part of X.
 class Force {
  public:
   virtual ~Force() = default;
@@ -47,9 +47,9 @@ class Force {
   virtual const Springs* springs() const { return nullptr; }
   virtual bool accumulates() const { return internal_size() > 0 || (!affine() && !springs()); }
 
-  // Any other force, before accumulate(), potential() and jacobian() of the same view: builds what
-  // its tiles share (neighbour lists, densities). Their results must follow from the view alone,
-  // bit for bit. May take memory only where it had too little.
+  // Called for any other force before accumulate(), potential() and jacobian() of the same view:
+  // builds the shared data of its tiles (neighbour lists, densities). Their results must follow
+  // from the view alone, bit for bit. May take memory only where it had too little.
   virtual void prepare(const ParticleView& /*view*/, ThreadPool& /*team*/) {}
 
   // Then: adds the force on each particle of the tile and writes no other entry. Runs on several
@@ -72,38 +72,38 @@ class Force {
   // particles.
   virtual bool internal_depends_on_particles() const { return true; }
 
-  // Implicit methods need the derivatives of accumulate(): jacobian() gives them, blocks in any
-  // order, and those of one pair (i, j) add up. Without, differences of accumulate() are taken.
+  // Implicit methods need the derivatives of accumulate(): jacobian() gives them, as blocks in any
+  // order; blocks of one pair (i, j) add up. Without it, differences of accumulate() are taken.
   virtual bool has_jacobian() const { return false; }
   virtual void jacobian(const ParticleView& /*view*/, JacobianSink& /*sink*/) const {}
-  // Appends the pairs of particles whose blocks jacobian() may add, in any order, whatever the
-  // state, also of what is torn: a sparse factorisation is planned for them. False where they
-  // change with the state, as the pairs within a cutoff do. Asked after bind().
+  // Appends the pairs of particles whose blocks jacobian() may add, in any order, at any state,
+  // torn or not: a sparse factorisation is planned for them. False if they change with the state,
+  // as the pairs within a cutoff do. Called after bind().
   virtual bool couplings(std::vector<std::array<int, 2>>& /*pairs*/) const { return false; }
 
   // Potential energy in J. Each contribution is counted in exactly one tile.
   virtual double potential(const ParticleView& /*view*/, Tile /*tile*/) const { return 0; }
 
-  // True if the force is what its potential gives, F = -dU/dx, and does no other work.
+  // True if F = -dU/dx holds for the potential and the force does no other work.
   virtual bool conservative() const { return false; }
 
-  // True if it is conservative but for a dissipative part, which dissipative_part() adds alone, as
-  // accumulate() adds the whole.
+  // True if it is conservative except for a dissipative part, which dissipative_part() adds alone,
+  // as accumulate() adds the whole.
   virtual bool has_dissipative_part() const { return false; }
   virtual void dissipative_part(const ParticleView& /*view*/, Tile /*tile*/,
                                 ForceSink /*sink*/) const {}
 
-  // Its correction at the end of each step, besides its forces: core/particles/ step_correction.h.
-  // Asked once, after bind(); the particles outlive it. Null: nothing.
+  // The correction at the end of each step, besides the forces: core/particles/ step_correction.h.
+  // Called once, after bind(); the particles outlive it. Null: none.
   virtual std::unique_ptr<StepCorrection> correction(Particles& particles);
 
-  // Its ties that may break; null: none does.
+  // The ties that may break; null: none does.
   virtual Breakable* breakable() { return nullptr; }
-  // Between these pairs of particles, ascending, ties broke and nothing holds them together: a
-  // force on a surface leaves out the faces with such an edge. Replaces what was said before.
+  // Removes the coherence between these pairs of particles, ascending, whose ties broke: a force on
+  // a surface leaves out the faces with such an edge. Replaces earlier pairs.
   virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
 
-  // After bind(): what a user should know of it in this scene, as what follows on its name: "does
+  // Notes for the user on this force in this scene, after bind(), each to follow its name: "does
   // not see body 0: ...".
   virtual std::vector<std::string> notes(const SceneNames& /*names*/) const { return {}; }
 

@@ -1,4 +1,4 @@
-// A force that acts as another does, on a part of it or of the particles.
+// A force that delegates to another one, for a part of it or of the particles.
 #pragma once
 
 #include <span>

@@ -5,21 +5,22 @@
 
 namespace sim {
 
-// For a force that joins particles near by number. One of these goes over a range of particles,
-// once an evaluation; others do the rest of them on other threads, or other evaluations meanwhile.
-// It keeps results for particles that come later.
+// A sweep of a force that joins particles near in id. Each one goes over a range of particles, once
+// an evaluation; others may take the rest on other threads, or other evaluations meanwhile. It
+// stores results for particles that come later.
 class ForceSweep {
  public:
   virtual ~ForceSweep() = default;
 
-  // No two particles that it joins are further apart by number.
+  // The largest distance in id of two particles that it joins.
   virtual int reach() const = 0;
 
-  // From particle `begin` on, a multiple of 8. Reads the particles within reach of it.
+  // Begins at particle `begin`, a multiple of 8. Reads the particles within reach of it.
   virtual void start(const ParticleView& view, int begin) = 0;
 
   // Adds the same forces as Force::accumulate(), bit for bit, for the tile after the last one; all
-  // but the last are multiples of 8. Reads the particles from it on, up to reach behind its end.
+  // but the last are multiples of 8. Reads particles from the tile's begin up to `reach` beyond its
+  // end.
   virtual void add(const ParticleView& view, Tile tile, ForceSink sink) = 0;
 };
 

@@ -1,4 +1,4 @@
-// Touches of particles with colliders as events, at which methods end their steps.
+// Impacts of particles on colliders as events, at which methods end their steps.
 #pragma once
 
 #include "core/ode/ode_system.h"

@@ -1,4 +1,4 @@
-// The work of contact where the velocities of a method belong to another time than its positions.
+// The work of contact for methods whose velocities belong to another time than their positions.
 #pragma once
 
 #include "core/math/vec3.h"

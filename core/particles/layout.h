@@ -30,7 +30,7 @@ class Layout {
     return static_cast<std::size_t>(block) * stride_ + static_cast<std::size_t>(pad_);
   }
 
-  // The values of coordinate `block` (0 .. 5) in a state; null in one that is not there.
+  // The values of coordinate `block` (0 .. 5) in a state; null for a null state.
   template <class T>
   T* block(T* state, int block) const noexcept {
     return state ? state + offset(block) : nullptr;

@@ -14,7 +14,7 @@ struct Link {
   double stiffness = 0, rest = 0;  // N/m, m
   SpringSense sense = SpringSense::kBoth;
 
-  // N, at this length, m; below 0 it pushes.
+  // The force, N, at this length, m; negative when it pushes.
   double tension(double length) const {
     return slack(sense, length, rest) ? 0 : stiffness * (length - rest);
   }

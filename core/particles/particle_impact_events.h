@@ -11,7 +11,7 @@
 
 namespace sim {
 
-// Contact of unconstrained particles (RestingContactForce). Where a method does not evaluate f for
+// Contact of unconstrained particles (RestingContactForce). If a method does not evaluate f for
 // that, resting contacts act from the start of the step, as in other methods.
 class ParticleImpactEvents final : public ImpactEvents {
  public:
@@ -21,8 +21,8 @@ class ParticleImpactEvents final : public ImpactEvents {
   double first(double t, double h, const double* x, const double* x_next) override;
   Outcome end(double t, double h, const double* x, double* x_next, bool cut) override;
 
-  // True where f has resting contacts at a time within the step; for callers that evaluate f
-  // without accelerations.
+  // True if f has resting contacts at a time within the step; for callers that evaluate f without
+  // accelerations.
   bool holds_at(double t) {
     in_forces_ = in_forces_ || within(t);
     return within(t) && !held_.empty();

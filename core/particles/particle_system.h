@@ -1,4 +1,4 @@
-// Particles as a system X' = f(t, X): which stepper or solver a plan gets.
+// Particles as a system X' = f(t, X), with the stepper or solver for each plan.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
                  ThreadPool& pool);
   ~ParticleSystem() override;
 
-  // Explicit methods of fixed steps may reorder particles by position where nets are large. Their
+  // Explicit methods of fixed steps may reorder particles by position for large nets. Their
   // steppers are made after this.
   void order_by(const ParticleView& initial);
 
@@ -31,8 +31,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   }
   StateShape shape() const override;
 
-  // Creates the constraint system, to which constraints may then be added; null where there are
-  // none.
+  // Creates the constraint system, to which constraints may then be added; null if there are none.
   ConstraintSystem& add_constraint_system();
   ConstraintSystem* constraint_system() const noexcept { return constraint_system_.get(); }
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
@@ -46,7 +45,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   StepEnd end_step(double t, double h, const double* x, double* x_next) override;
   bool had_impact() const override;
   Events* events() override;
-  // True where methods of equal steps have to end them at events.
+  // True if methods of equal steps have to end them at events.
   bool cuts_steps(bool implicit, int order) const {
     const bool beside =
         implicit && (order > 2 || (constraint_system_ && constraint_system_->joins_contact()));
@@ -72,7 +71,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<Jacobian> jacobian() override;
 
  private:
-  // True where a step changes positions and velocities only.
+  // True if a step changes positions and velocities only.
   bool is_plain() const { return internal_size() == 0 && prescribed().empty(); }
   void forget_events();
   StageOptions sparing(StageOptions options) const;

@@ -23,15 +23,15 @@ namespace sim {
 class Particles {
  public:
   // masses in kg, n of them; pinned ids in any order; forces are bound to `initial`, a state
-  // without memories, with zero velocities where pinned.
+  // without internal variables, with zero velocities where pinned.
   Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
             std::vector<std::unique_ptr<Force>> forces, const double* initial, ThreadPool& pool);
 
-  // Steppers have to be made again. Where `some_move`, pinned ones may have velocities, and keep
-  // them.
+  // Steppers have to be made again. With `some_move`, pinned particles may have velocities, and
+  // keep them.
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                   bool some_move = false);
-  // Turns these off, by index, and all others on. Memories go on.
+  // Turns these off, by index, and all others on. Internal variables are kept.
   void set_off(std::span<const std::size_t> forces, std::span<const std::size_t> colliders);
   const Layout& layout() const noexcept { return layout_; }
   ParticleView view(double t, const double* state) const;
@@ -44,7 +44,7 @@ class Particles {
   std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
   std::span<Force* const> other_forces() const noexcept { return other_forces_; }  // accumulate
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
-  // They and nets may read any particle; gathered before the sweep of each block.
+  // Other forces and nets may read any particle; gathered before the sweep of each block.
   bool has_other_forces() const noexcept { return !other_forces_.empty() || !nets().empty(); }
   bool sweeps_other_forces() const noexcept { return all_swept_; }  // there are, with a sweep()
   int reach() const noexcept { return reach_; }  // of a sweep around a block; a multiple of kGrain
@@ -57,21 +57,22 @@ class Particles {
   bool internal_follows_particles() const noexcept { return internal_follows_particles_; }
   void start_internal(double* state) const;                           // as at t = 0
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
-  // rates := m' of all; after prepare_gather() where they follow from the particles.
+  // rates := m' of all internal variables; after prepare_gather() if they depend on the particles.
   void derive(const ParticleView& view, double* rates) const;
   bool conserves_energy() const noexcept;                        // springs and m g alone
   double kinetic_energy(double t, const double* state) const;    // J
   double potential_energy(double t, const double* state) const;  // J
   double elastic_energy(double t, const double* state) const;    // J, of the springs alone
   bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
-  // W, that drag and dashpots take; sums: three coordinates in a layout, to be used.
+  // The power, W, of drag and dashpots; sums: scratch for three coordinates in a layout.
   double damping_power(double t, const double* state, Array& sums) const;
   const Contacts& contacts() const noexcept { return contacts_; }
   const PrescribedMotion& prescribed() const noexcept { return prescribed_; }
   PrescribedMotion& prescribed() noexcept { return prescribed_; }  // of pinned particles
   void set_accuracy(Accuracy accuracy) { contacts_.set_accuracy(accuracy); }
   void add_collider(std::unique_ptr<Collider>, const std::string& name, const double* x, int n);
-  // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: or kicks have it.
+  // a := the accelerations, m/s^2; arrays but masses padded as in a layout. drag: false if kicks
+  // include it.
   void accelerate(const ParticleView& view, double* const a[3], bool drag = true);
   void prepare_gather(const ParticleView& view);  // once per evaluation, before gather()
   void gather(const ParticleView& view, Tile tile, ForceSink sink) const;  // sink := their sum

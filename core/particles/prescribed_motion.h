@@ -10,9 +10,9 @@
 
 namespace sim {
 
-// Their positions are known functions p_i(t), which the other particles feel. Their rates in X are
-// (p', p''), so that a method finds their positions at its stages to its own order; at the end of a
-// step they are put on their paths. Called on one thread.
+// Prescribed positions are known functions p_i(t), which the other particles feel. Their rates in X
+// are (p', p''), so that a method finds their positions at its stages to its own order; at the end
+// of a step they are set to their paths. Called on one thread.
 class PrescribedMotion {
  public:
   using Axes = std::array<double*, 3>;
@@ -25,7 +25,7 @@ class PrescribedMotion {
   bool empty() const noexcept { return ids_.empty(); }
   std::span<const int> ids() const noexcept { return ids_; }
 
-  // These change the entries of prescribed particles only.
+  // Changes the entries of prescribed particles only.
   void place(double t, const Axes& q, const Axes& v) const;             // := p(t), p'(t)
   void velocities(double t, const Axes& v) const;                       // := p'(t)
   void chords(double t, double d, const Axes& q, const Axes& v) const;  // := (p(t + d) - q) / d

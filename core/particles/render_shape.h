@@ -25,7 +25,7 @@ struct RenderShape {
   std::shared_ptr<const RigidShape> mesh = {};  // of a mesh, whose axes have length 1
 };
 
-// A plane with its two other directions chosen.
+// A plane, with its two tangent directions chosen.
 inline RenderShape plane_shape(const Vec3& point, const Vec3& normal) {
   const Vec3 u = normal.cross(std::abs(normal.x()) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
   const Vec3 first = u / u.norm();

@@ -12,7 +12,7 @@ inline void add(ContactWork& sum, const ContactWork& work, double share = 1) {
 
 // A method with internal steps may be ahead of the state that it reports. Work along such a step
 // counts in proportion to the reported part, work at its end once the end is reported. Nothing is
-// kept before the first show().
+// stored before the first show().
 class ReportedContactWork {
  public:
   explicit ReportedContactWork(ContactWorkSums& work_sums) : work_sums_(&work_sums) {}

@@ -13,7 +13,7 @@ struct Pose {
 
   Vec3 turned(const Vec3& v) const { return turned(v, sine); }
   Vec3 turned_back(const Vec3& v) const { return turned(v, -sine); }
-  // m/s, of the point of the body that is at x.
+  // The velocity, m/s, of the point of the body that is at x.
   Vec3 velocity_at(const Vec3& x) const {
     return rate == 0 ? velocity : Vec3(velocity + rate * axis.cross(x - center));
   }
@@ -26,22 +26,22 @@ struct Pose {
   }
 };
 
-// Pure; shared by all bodies that move so.
+// Pure functions of time, shared by all bodies with the same motion.
 class RigidMotion {
  public:
   virtual ~RigidMotion() = default;
 
-  // The pose of a body whose center is at `center` when it is at rest. May throw Error{kScene}
-  // where sampled().
+  // The pose of a body whose center is at `center` when it is at rest. May throw Error{kScene} if
+  // sampled().
   virtual Pose at(double t, const Vec3& center) const = 0;
 
-  // Bounds at all times: of the center's velocity, m/s, and of |rate|, rad/s. Not asked for where
+  // Bounds at all times: of the center's velocity, m/s, and of |rate|, rad/s. Not used if
   // sampled().
   virtual double max_speed() const { return 0; }
   virtual double max_angular_speed() const { return 0; }
 
-  // True where at() is asked at the ends of steps only and on one thread, as for a function of a
-  // scene: inside a step the center goes along a cubic between them.
+  // True if at() is called at the ends of steps only and on one thread, as for a function of a
+  // scene: inside a step the center follows a cubic between them.
   virtual bool sampled() const { return false; }
   virtual bool rests() const { return false; }  // at one place, not turned, at all times
   // A note for the user; may be empty.

@@ -11,7 +11,7 @@ struct SceneNames {
   int first_of_bodies = -1;  // the first particle of rigid bodies, which are the last; -1: none
   std::vector<std::string> colliders = {};  // as the scene wrote them
 
-  // Ascending ids: "particles 0 to 9 and 20 and body 2"; empty where there are none.
+  // Ascending ids: "particles 0 to 9 and 20 and body 2"; empty if there are none.
   std::string particles(std::span<const int> ids) const;
 };
 

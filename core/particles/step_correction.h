@@ -11,7 +11,7 @@ namespace sim {
 
 class BodyGeometry;
 
-// Studies, verdicts and checkpoints ask the corrections of a system, and know none of them.
+// The interface through which studies, verdicts and checkpoints see the corrections of a system.
 class StepCorrection {
  public:
   virtual ~StepCorrection() = default;
@@ -23,8 +23,8 @@ class StepCorrection {
     double* x_next;
   };
   enum class Outcome { kUnchanged, kChanged, kFailed };
-  // Puts x_next among the states that it allows; kUnchanged: x_next keeps its bits. A pure function
-  // of the step and of memory(), bit for bit.
+  // Projects x_next onto the states that it allows; kUnchanged: x_next keeps its bits. A pure
+  // function of the step and of memory(), bit for bit.
   virtual Outcome apply(const Step& step) = 0;
   virtual std::string failure() const { return {}; }  // after kFailed: why, in one sentence
 
@@ -35,7 +35,7 @@ class StepCorrection {
   virtual double take_dissipation(double late) = 0;
   virtual void reset() {}  // another run begins
 
-  // The account that a verdict gives of all steps since reset().
+  // The account for the verdict of all steps since reset().
   struct Account {
     std::string words;
     bool kept = true;   // its promise holds
@@ -46,15 +46,15 @@ class StepCorrection {
   // Notes for the user on the scene.
   virtual std::vector<std::string> notes() const { return {}; }
 
-  // The history on which the next step depends besides the state: part of a snapshot, where there
-  // is any.
+  // The history on which the next step depends besides the state: part of a snapshot, if there is
+  // any.
   virtual bool has_memory() const { return false; }
   virtual std::vector<double> memory() const { return {}; }
   virtual void recall(std::span<const double> /*memory*/) {}  // empty: as after reset()
 
   // The reason why a state set by the user is not allowed; empty if it is.
   virtual std::string objection(double /*t*/, const double* /*x*/) { return {}; }
-  // True where it moves this particle regardless of constraints.
+  // True if it moves this particle regardless of constraints.
   virtual bool breaks_constraints(int /*particle*/) const { return false; }
   // Removes the faces of surfaces between these pairs of particles, see Force::tear().
   virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}
@@ -62,7 +62,7 @@ class StepCorrection {
   // out of them.
   virtual const BodyGeometry* bodies() const { return nullptr; }
   virtual void keep_out_of(const BodyGeometry& /*bodies*/) {}  // which outlive it
-  // It stands for forces: a step without it is none of the scene.
+  // True if it stands for forces: the scene has no meaning without it.
   virtual bool stands_for_forces() const { return false; }
 };
 

@@ -11,8 +11,8 @@ namespace sim {
 // The length, m, at least 1, relative to which gaps at x are measured.
 inline double position_scale(const Vec3& x) { return std::max(1.0, x.cwiseAbs().maxCoeff()); }
 
-// The fraction of a step below which a particle that leaves a surface and comes back was not off
-// it.
+// The fraction of a step below which a particle that leaves a surface and returns counts as resting
+// on it.
 inline constexpr double kMinFlightTime = 1e-10;
 
 // A cubic path p(s) = c0 + c1 s + c2 s^2 + c3 s^3 for 0 <= s <= 1, in units of the step; and the

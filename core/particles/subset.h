@@ -24,11 +24,11 @@ class Subset {
       for (int i = begin; i < end; ++i) visit(i);
   }
 
-  // Positions and velocities of these, between a state of all and one of these alone.
+  // Copies positions and velocities of the subset from a state of all, or back.
   void gather(const Layout& all, const double* from, double* to) const;
   void scatter(const double* from, const Layout& all, double* to) const;
 
-  // J; infinite where a pinned particle moves.
+  // Kinetic energy, J; infinite if a pinned particle moves.
   double kinetic_energy(const ParticleView& all) const;
 
  private:

@@ -1,4 +1,4 @@
-// All particles at one moment, as forces and colliders see them, and where forces are added.
+// All particles at one time, as forces and colliders see them, and the sink that sums forces.
 #pragma once
 
 #include <cmath>

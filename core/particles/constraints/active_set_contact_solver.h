@@ -63,7 +63,7 @@ class ActiveSetContactSolver {
   // iterate, and worst() its largest violation.
   bool solve(std::span<ContactForce> contacts, std::span<const Vec3> gradient, const Axes& y,
              Problem& problem);
-  // Goes on where solve() stopped, with changed pushes.
+  // Continues from the last solve(), with changed contacts.
   bool go_on(std::span<ContactForce> contacts, std::span<const Vec3> gradient, const Axes& y,
              Problem& problem);
 

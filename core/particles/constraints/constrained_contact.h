@@ -10,17 +10,17 @@
 
 namespace sim {
 
-// Steps of a stepper that keeps to the constraints, and in which particles touch colliders. Impacts
+// Steps of a stepper that keeps to the constraints, with particles that touch colliders. Impacts
 // act at their time of impact: the step is cut there. Resting contacts act through each substep. So
-// contact is of second order. Where more than a few particles hit in one step, or so gently that
-// they stay, they are treated as resting contacts without a cut. A pure function of a step, the
-// same on any number of threads.
+// contact is of second order. If more than a few particles hit in one step, or so gently that they
+// stay, they are treated as resting contacts without a cut. A pure function of a step, the same on
+// any number of threads.
 class ConstrainedContact {
  public:
   // first_order: the stepper is of first order, see UnilateralRattle.
   ConstrainedContact(Particles& particles, ConstraintSystem& constraint_system, bool first_order);
 
-  // See Stepper::step. False with a refusal of the constraint system where no state is allowed.
+  // See Stepper::step. False, with a refusal of the constraint system, if no state is allowed.
   bool step(Stepper& stepper, double t, double h, const double* x, double* x_next);
 
  private:
@@ -37,7 +37,7 @@ class ConstrainedContact {
   bool touched_ = false;  // something, in this step
 };
 
-// A stepper that does so.
+// A stepper that resolves contact in this way.
 class ConstrainedContactStepper final : public Stepper {
  public:
   ConstrainedContactStepper(Particles& particles, ConstraintSystem& constraint_system,

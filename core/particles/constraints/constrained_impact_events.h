@@ -14,7 +14,7 @@ namespace sim {
 
 // The forces of resting contacts are part of f, solved together with the rows of the constraints
 // for accelerations. Impacts are one problem of impulses. Friction is part of f, too, and every
-// impact ends a step; or, for methods whose equations have to stay smooth, friction acts by its two
+// impact ends a step; or, for methods whose equations have to stay smooth, friction acts in two
 // halves (UnilateralRattle), and a step is cut where few particles hit, otherwise they are treated
 // as resting contacts: contact is then of second order.
 class ConstrainedImpactEvents final : public ImpactEvents {

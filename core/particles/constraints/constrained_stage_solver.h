@@ -1,4 +1,4 @@
-// Long stages of backward Euler with constraints as equations of their own.
+// Long stages of backward Euler with constraints as additional equations.
 #pragma once
 
 #include <array>
@@ -18,17 +18,17 @@ namespace sim {
 
 // The stage  M (v - r_v) = tau F(t, q, v) + J(q)^T mu,  phi(t, q) = 0,  q = r_q + tau v,  for v and
 // the impulses mu of the constraints: a differential-algebraic equation of index 3 (Hairer & Wanner
-// (1996), section VII.1), whose long steps stay among the allowed states. Newton's method solves
+// (1996), section VII.1), whose long steps end in feasible states. Newton's method solves
 //   [ A - tau sum mu d2phi   J^T ] [  dv ]   [ J^T mu - g ]
 //   [ J                        0 ] [ -dmu ] = [ -phi / tau ]
-// with A and g of StageMatrix and StageEquation, as L D L^T. A solution is taken only where D has
-// as many negative pivots as there are rows: A is then positive definite along the allowed
+// with A and g of StageMatrix and StageEquation, as L D L^T. A solution is accepted only if D has
+// as many negative pivots as there are rows: A is then positive definite in the feasible
 // directions, and the solution a minimum of the potential of the stage, no saddle (Gould (1985),
 // Math. Program. 32, 90-99).
 class ConstrainedStageSolver final : public StageSolver {
  public:
-  // stopped(): asked between iterations, ends a solution with kStopped. Null where the pairs that
-  // forces couple are not known: A cannot be written down.
+  // stopped(): polled between iterations, ends a solution with kStopped. Null if the pairs that
+  // forces couple are not known, without which A cannot be assembled.
   static std::unique_ptr<ConstrainedStageSolver> make(Particles& system,
                                                       const Constraints& constraints,
                                                       std::size_t internal_begin,

@@ -1,4 +1,4 @@
-// States and velocities that obey the constraints of a system.
+// The solver that projects states and velocities onto the constraints of a system.
 #pragma once
 
 #include <span>
@@ -21,16 +21,16 @@ class ConstraintSolver {
 
   // a += W J^T lambda with J (a + W J^T lambda) + bias = -2 c (J v + drive) - c^2 phi, where c is
   // the feedback: d2 phi / dt2 = 0 without it (Witkin (1997), Constrained dynamics; the feedback is
-  // of Baumgarte (1972)). multipliers() has lambda, in N. False where a number is not finite.
+  // that of Baumgarte (1972)). multipliers() has lambda, in N. False if a number is not finite.
   bool accelerate(const ParticleView& view, const double* memory, const Axes& a);
 
-  // Puts q and v to the nearest state, in the metric of the masses, with phi = 0 and
-  // J v + drive = 0 (Hairer, Lubich & Wanner (2006), section IV.4). near: the last factors are of
-  // a state so near that they serve as well. False where there is none in reach.
+  // Moves q and v to the nearest state, in the metric of the masses, with phi = 0 and J v + drive =
+  // 0 (Hairer, Lubich & Wanner (2006), section IV.4). near: the last factors belong to a state near
+  // enough to be used. False if there is none in reach.
   bool project_state(double t, const ParticleView& like, const Axes& q, const Axes& v,
                      double* memory, bool near);
 
-  // The same of q alone.
+  // Projects q alone.
   bool project_positions(double t, const ParticleView& like, const Axes& q, const Axes& v,
                          const double* memory, bool near);
 

@@ -29,7 +29,8 @@ class ConstraintSystem {
   std::size_t internal_begin() const noexcept;
   std::size_t internal_size() const noexcept { return constraints_.internal_size(); }
 
-  // The initial state, put where it has to be. Throws Error{kScene} where there is none near.
+  // The initial state, projected onto the constraints. Throws Error{kScene} if no feasible state is
+  // near.
   void start(double* state);
 
   // a += W times the constraint forces; `memory`: their internal variables. False if that is not
@@ -43,8 +44,8 @@ class ConstraintSystem {
   bool project_positions(double t, double* state, bool near);
   bool project_velocities(double t, double* state);
 
-  // For others who solve beside the constraints: at this state v := the nearest velocities that are
-  // allowed; without their drive: changes of velocities.
+  // For other solvers beside the constraints: v := the nearest velocities that are feasible at this
+  // state; without drive: changes of velocities.
   bool begin_projections(double t, double* state);
   void project(const Constraints::Axes& v, bool with_drive);
 
@@ -52,7 +53,7 @@ class ConstraintSystem {
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }
 
-  // Drifts that were beyond the limit of SHAKE, since the start.
+  // The number of drifts beyond the limit of SHAKE, since the start.
   void count_implicit_drift() { ++implicit_drifts_; }
   std::int64_t implicit_drifts() const { return implicit_drifts_; }
 
@@ -61,7 +62,7 @@ class ConstraintSystem {
   int contact_count() const { return contact_count_; }
   bool joins_contact() const;
 
-  // These evaluate any state and keep nothing of it.
+  // These evaluate any state and store nothing of it.
   std::vector<ConstraintForce> forces(double t, const double* state);
   double driving_power(double t, const double* state);  // of constraints that move, W
   ConstraintDrift drift(double t, const double* state) const;

@@ -16,10 +16,10 @@ class Constraints {
  public:
   using Axes = std::array<double*, 3>;
 
-  // Binds it to the initial state. feedback: 1/s, see accelerate().
+  // Binds a constraint to the initial state and adds it. feedback: 1/s, see accelerate().
   void add(std::unique_ptr<Constraint> constraint, const std::string& name,
            const std::string& place, double feedback, const ParticleView& initial);
-  // For these masses, infinite where pinned; users have to be made again.
+  // Sets the masses, infinite where pinned; users have to be made again.
   void set_masses(std::span<const double> masses);
 
   bool empty() const noexcept { return parts_.empty(); }

@@ -22,7 +22,7 @@ struct RestingContact {
 
 class ContactAccelerations {
  public:
-  // count: of the particles that touch colliders, the first.
+  // count: of the particles with contact, which are the first.
   ContactAccelerations(Particles& particles, const Constraints& constraints, int count);
 
   struct Evaluation {
@@ -37,7 +37,7 @@ class ContactAccelerations {
                   const Constraints::Axes& a);
   // The contact forces of the last call, N, one for each resting contact, in their order.
   std::span<const ContactForce> contacts() const { return contacts_; }
-  // m/s^2 by which it presses, or < 0: with which it leaves.
+  // The acceleration, m/s^2, by which it is pressed on, or < 0: with which it separates.
   double surplus(std::size_t k) const;
   std::span<const double> multipliers() const { return solver_.multipliers(); }  // N, of each row
 

@@ -13,12 +13,12 @@
 
 namespace sim {
 
-// SHAKE is explicit in the directions of the forces of constraints. So a taut chain of rods has a
-// limit of stability, h < l sqrt(m / (T l)) with the length l and mass m of a link and the tension
-// T, as a string has that of Courant, Friedrichs & Lewy (1928). These drifts have none. They take
-// the directions in the middle of the drift (Gonzalez (1999), Physica D 132, 165-174):
+// SHAKE is explicit in the directions of the constraint forces. So a taut chain of rods has a limit
+// of stability, h < l sqrt(m / (T l)) with the length l and mass m of a link and the tension T,
+// like the limit of Courant, Friedrichs & Lewy (1928) for a string. These drifts have none. They
+// take the directions at the middle of the drift (Gonzalez (1999), Physica D 132, 165-174):
 //   M (u - d v0) = J(q0 + u/2)^T lambda,  phi(t + d, q0 + u) = 0,  q := q0 + u,  v := 2 u / d - v0,
-// of second order, and where phi is quadratic and at rest in time no work is done. Newton's method
+// of second order; if phi is quadratic and independent of time, no work is done. Newton's method
 // solves for u and lambda together, with curvature() of the constraints:
 //   [ M - sum lambda d2phi/2   J^T ]
 //   [ J                          0 ]
@@ -29,8 +29,8 @@ class ImplicitDrift {
 
   explicit ImplicitDrift(const Constraints& constraints);
 
-  // v: obeys J v + drive = 0 at t, and has to be projected at the end. False where Newton's method
-  // does not converge; q and v stay.
+  // v: obeys J v + drive = 0 at t, and has to be projected at the end. False, with q and v
+  // unchanged, if Newton's method does not converge.
   bool move(double t, double d, const ParticleView& like, const Axes& q, const Axes& v,
             const double* memory);
 
@@ -58,8 +58,8 @@ class ImplicitDrift {
   std::vector<double> u_, trial_;  // m, axis by axis
 };
 
-// max over particles of sum |mu| sum |c| / m, 1/s: how much impulses mu of constraints turn
-// velocities by displacements, at most. curvature() of all constraints at a state.
+// The largest sum |mu| sum |c| / m of a particle, 1/s: a bound on the change of velocities by
+// displacements under impulses mu of constraints. curvature() of all constraints at a state.
 class CurvatureBound {
  public:
   explicit CurvatureBound(const Constraints& constraints);

@@ -18,7 +18,7 @@ class RowCurvature {
   // memory: of all constraints.
   void evaluate(const ParticleView& view, const double* memory);
 
-  // In the order of rows and of pairs in them, as RowList::write_curvature has it.
+  // Blocks in the order of rows and of pairs in them, as RowList::write_curvature has it.
   std::span<const Mat3> blocks() const { return blocks_; }
 
  private:

@@ -19,10 +19,10 @@ namespace sim {
 // least-norm solution of A lambda = b, in the sense of least squares.
 class RowMatrix {
  public:
-  // weights: of each particle, 0 where it is pinned.
+  // weights: of each particle, 0 if pinned.
   RowMatrix(const RowPattern& pattern, std::span<const double> weights);
 
-  // shift: e, where it is known that rows nearly follow from others; 0: where they are seen to.
+  // shift: e, if rows are known to be nearly dependent; 0: if they are found to be.
   void factorise(std::span<const Vec3> gradient, std::span<const double> weights, double shift = 0);
   void solve(double* x);  // x := A^-1 x, in the order of the rows
 

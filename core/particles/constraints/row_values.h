@@ -25,7 +25,7 @@ struct RowList {
   int end_of(std::size_t part) const;   // the row behind its last
   std::size_t pairs_of(int row) const;  // a <= b of its particles
   std::string name(int row) const;      // of the equation
-  // curvature() of all constraints, one behind the other: of the pairs of each row.
+  // curvature() of all constraints, one after the other: of the pairs of each row.
   std::size_t pairs() const;
   void write_curvature(ParticleView view, const double* memory, std::span<double> pairs) const;
 };
@@ -35,7 +35,7 @@ class RowValues {
  public:
   explicit RowValues(const RowList& list);
 
-  // memory: of all constraints. False where a number is not finite.
+  // memory: of all constraints. False if a number is not finite.
   bool evaluate(ParticleView view, const double* memory);
 
   std::span<const double> phi() const { return phi_; }

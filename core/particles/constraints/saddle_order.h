@@ -9,8 +9,8 @@
 namespace sim {
 
 // Unknowns of a saddle point system [A J^T; J 0]: three of each free particle, and one of each row
-// of J that acts on such. Particles are in an order of little fill, and each row stands behind the
-// last particle of its own, so that chains and trees fill nothing and no pivot is 0.
+// of J that acts on a free particle. Particles are in an order of little fill, and each row follows
+// the last of its particles, so that chains and trees have no fill and no pivot is 0.
 struct SaddleOrder {
   std::vector<int> particle_at, row_at;  // the first unknown of each; -1: it has none
   int unknowns = 0;

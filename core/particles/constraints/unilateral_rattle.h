@@ -18,7 +18,7 @@ namespace sim {
 //   q := q + r^2/2 W (J0^T mu + push), v := v + r/2 W (the same), with phi = 0, gap >= 0 at the end
 //   v := v + W (J1^T nu + push),                                 with J1 v = 0, gap' >= 0
 // Impacts at its end, or contacts at r = 0, obey Newton's law of restitution and Coulomb's law of
-// friction, all rows and all contacts taken together.
+// friction, with all rows and all contacts solved together.
 class UnilateralRattle {
  public:
   static constexpr double kNoImpact = 2;         // beyond the substep

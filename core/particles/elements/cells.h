@@ -14,16 +14,16 @@ namespace sim {
 
 using PlaceOf = std::function<Vec3(int id)>;  // m, where the particles rest
 
-// A point at which a cell is integrated: one in a cell of 4, four in one of 10.
+// An integration point of a cell: one in a cell of 4, four in one of 10.
 struct CellPoint {
   double weight = 0;              // m^3; < 0 where the cell is inside out
   std::array<Vec3, 10> gradient;  // 1/m, of each shape function with respect to the place at rest
 };
 constexpr int cell_points(int nodes) { return nodes == 4 ? 1 : 4; }
-// Gradients are not finite where the weight is 0.
+// Gradients are not finite if the weight is 0.
 CellPoint cell_point(std::span<const int> ids, const PlaceOf& at, int point);
 
-// m^3, never below 0.
+// The volume, m^3, never negative.
 double cell_volume(std::span<const int> ids, const PlaceOf& at);
 
 // The share of a cell's mass that a node has. Linear: 1/4. Quadratic: the diagonal of the mass
@@ -33,9 +33,9 @@ constexpr double lumped_share(int nodes, int node) {
   return nodes == 4 ? 0.25 : node < 4 ? 1.0 / 36 : 4.0 / 27;
 }
 
-// Six cells for each step of a grid of particles (i * size[1] + j) * size[2] + k, along the
-// ways from its lowest corner to its highest (Kuhn (1960), IBM J. Res. Dev. 4, 518-524). Neighbours
-// fit, and so do the triangles of grid_triangles(). Order 2: a cell is two steps of the grid in
+// Six cells for each step of a grid of particles (i * size[1] + j) * size[2] + k, along the paths
+// from its lowest corner to its highest (Kuhn (1960), IBM J. Res. Dev. 4, 518-524). Neighbours
+// conform, and so do the triangles of grid_triangles(). Order 2: a cell is two steps of the grid in
 // each direction, the sizes are odd, and every particle is a node. Four or ten ids each.
 std::vector<int> grid_cells(const std::array<int, 3>& size, int order);
 

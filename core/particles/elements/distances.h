@@ -34,7 +34,7 @@ struct Distances {
     for (int lane = 0; lane < lanes; ++lane) r[lane] = length(at(lane));
   }
 
-  // U'(r) / r, but 0 where there is no direction and U' is finite.
+  // U'(r) / r, but 0 if there is no direction and U' is finite.
   double factor(int lane, double slope) const { return r[lane] > 0 ? slope / r[lane] : 0 * slope; }
 
   // d^2 U / dx dx = U'' u u^T + U'/r (1 - u u^T) with u = d/r; U'' in all directions for r = 0.

@@ -15,7 +15,7 @@ namespace sim {
 
 class MeshIntersections {
  public:
-  // All of them together, on the same particles.
+  // All surfaces together, on the same particles.
   explicit MeshIntersections(std::span<const std::shared_ptr<const TriangleMesh>> surfaces);
 
   // The number of intersecting pairs of an edge and a triangle without a common corner; contact to
@@ -23,7 +23,7 @@ class MeshIntersections {
   std::int64_t count(const ParticleView& view);
   // The first intersection: the triangle of its edge, and the other one. Empty if there is none.
   std::vector<TriangleMesh::Triangle> first(const ParticleView& view);
-  // Faces with such an edge are gone, and edges that are torn or left without a face.
+  // Removes faces with such an edge, and edges that are torn or left without a face.
   void tear(std::span<const std::array<int, 2>> torn);
   std::size_t triangles() const { return triangles_.size(); }
 

@@ -16,14 +16,13 @@ inline bool torn_edge(TornPairs torn, int a, int b) {
   return std::ranges::binary_search(torn, std::array<int, 2>{std::min(a, b), std::max(a, b)});
 }
 
-// A face with a torn edge is gone: it would reach over the gap.
+// A face with a torn edge is removed, as it would reach over the gap.
 inline bool torn_face(TornPairs torn, const std::array<int, 3>& t) {
   return !torn.empty() && (torn_edge(torn, t[0], t[1]) || torn_edge(torn, t[1], t[2]) ||
                            torn_edge(torn, t[2], t[0]));
 }
 
-// The faces that are gone, and the edges that none of the others holds; both empty where nothing is
-// torn.
+// The removed faces, and the edges left without a face; both empty if nothing is torn.
 struct TornParts {
   std::vector<std::uint8_t> triangles, edges;
 };

@@ -15,8 +15,8 @@ class TriangleMesh {
  public:
   using Triangle = std::array<int, 3>;  // counter-clockwise as seen from outside
 
-  // With one triangle, which has the ends in this order, or two: then the second has them in the
-  // other order. Ascending by the lower end.
+  // An edge has one triangle, which has the ends in this order, or two: then the second has them in
+  // the other order. Ascending by the lower end.
   struct Edge {
     std::array<int, 2> ends, triangles,
         opposite;  // the second triangle and its third corner: or -1
@@ -53,9 +53,9 @@ class TriangleMesh {
 int flat_triangle(const TriangleMesh& surface, const std::function<Vec3(int)>& position);
 
 // Two triangles for each cell of a grid of particles (i * size[1] + j) * size[2] + k: of a sheet,
-// which has a size of 1 in one direction, or of the boundary of a block. Where i, j and k run along
-// a right-handed system, outside of a sheet in (i, j) is where k would grow; a left-handed one has
-// to be mirrored.
+// which has a size of 1 in one direction, or of the boundary of a block. If i, j and k run along a
+// right-handed system, the outside of a sheet in (i, j) is in the direction of k; a left-handed
+// system has to be mirrored.
 std::vector<TriangleMesh::Triangle> grid_triangles(const std::array<int, 3>& size, bool mirrored);
 
 }  // namespace sim

@@ -1,4 +1,4 @@
-// The bounding box of some particles, and how far they go in a step: many at a time.
+// The bounding box of some particles, and their largest motion in a step: many at a time.
 #pragma once
 
 namespace sim {

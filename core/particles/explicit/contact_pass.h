@@ -13,7 +13,7 @@
 
 namespace sim {
 
-// It is local to a particle: the same bits whatever the number of threads and blocks. Pinned
+// Contact is local to a particle: the same bits for any number of threads and blocks. Pinned
 // particles never move.
 class ParticleContactPass {
  public:
@@ -23,9 +23,9 @@ class ParticleContactPass {
   // first_order: of a method of first order, whose velocities belong to another time: late_work().
   explicit ParticleContactPass(Particles& particles, bool first_order = false);
 
-  // Before the steps from t on; t1: their end.
+  // Called before the steps from t on; t1: their end.
   void begin(double t, double t1);
-  // After them: false where a particle was squeezed between colliders.
+  // Called after them: false if a particle was over-constrained.
   bool succeeded() const { return particles_->contacts().work_sums().over_constrained() < 0; }
 
   // Resolves contact of the particles [begin, end) at the end of a step of any method from q0, v0

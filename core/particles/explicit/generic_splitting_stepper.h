@@ -23,7 +23,7 @@ namespace sim {
 // Phys. 52, 24-34), with the gains of damped particles for masses.
 class GenericSplittingStepper final : public Stepper {
  public:
-  // holding: null where there are no constraints.
+  // constraint_system: null without constraints.
   GenericSplittingStepper(Particles& particles, const SplitPlan& plan,
                           ConstraintSystem* constraint_system = nullptr);
 
@@ -36,7 +36,7 @@ class GenericSplittingStepper final : public Stepper {
   void lead(double t, double tau, double* state);
   void drift(double t, double tau, double* state);
   bool constrained_drift(std::size_t i, double t, double d, double* state);  // after kick i
-  // led_t: where the velocities of those that are led are in the middle of the kick.
+  // kinematic_t: the time at which kinematic velocities belong to the middle of the kick.
   void kick(std::size_t i, double t, double kinematic_t, double* state);
   void resolve(double t, double h, std::size_t i, const double* x, double* x_next);
   bool refuse(const double* x, double* x_next) const;

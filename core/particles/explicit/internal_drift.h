@@ -6,8 +6,8 @@
 
 namespace sim {
 
-// m along m' = g(t, m) by the classical Runge-Kutta method, for variables that follow
-// from t and themselves alone.
+// m along m' = g(t, m) by the classical Runge-Kutta method, for variables that depend on t and
+// themselves alone.
 class InternalDrift {
  public:
   explicit InternalDrift(const Particles& particles);

@@ -52,7 +52,7 @@ class PrecisionState<float> {
     return states_[now_].data();
   }
 
-  // Particles [begin, end) of the next state are made: x_next := them.
+  // Publishes particles [begin, end) of the next state in x_next.
   void publish(double* x_next, int begin, int end) const {
     for (int block = 0; block < 6; ++block)
       convert_.to_double(layout_.block(states_[now_].data(), block) + begin,

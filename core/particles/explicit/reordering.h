@@ -1,5 +1,5 @@
-// Reordering of particles: explicit steps of nets whose springs join distant particle numbers are
-// made in another order, in which springs are runs, or at least near.
+// Reordering of particles: explicit steps of nets whose springs join distant ids are made in
+// another order, in which the springs form runs, or at least join near ids.
 #pragma once
 
 #include <functional>
@@ -16,11 +16,12 @@ namespace sim {
 // An order of all particles, and the springs in it.
 class Reordering {
  public:
-  // An order for the springs that are on, some of them in a reordered net: by rows, where these
-  // make runs of them, or else as the net says.
+  // An order for the active springs, some of them in a reordered net: by rows if these form runs,
+  // otherwise as the net orders them.
   Reordering(const Particles& particles, const std::vector<int>& rows);
 
-  // Row by row of the grid that positions may be: numbers for the fewest planes run fastest.
+  // Row by row of the grid that the positions form, if any: the direction with the fewest planes
+  // runs fastest.
   static std::vector<int> rows_of(const ParticleView& view);
 
   bool fits(const Particles& particles) const;           // it has the springs that are on
@@ -36,8 +37,8 @@ class Reordering {
   std::vector<Springs> springs_;  // of each force that has some
 };
 
-// Particles in the order of a numbering, with nothing but springs and affine forces, and the
-// stepper that a method has for such.
+// Steps the particles in the order of a numbering, under springs and affine forces alone, by the
+// stepper that a method has for these.
 class ReorderedStepper final : public Stepper {
  public:
   using Make = std::function<std::unique_ptr<Stepper>(Particles&)>;

@@ -51,8 +51,8 @@ struct RestingContactKernels {
   // Resolves the particles [begin, end), begin a multiple of 8, eight to an entry. Particles that
   // are not `known` keep their numbers.
   void (*resolve)(const RestingContactStep& step, int begin, int end, RestingContactBlock* block);
-  // Constrains the velocities of the eight particles from i on that have a bit; false where they
-  // keep their numbers.
+  // Constrains the velocities of the eight particles from i on that have a bit; false if they keep
+  // their numbers.
   bool (*constrain_velocity)(const RestingContactKick& kick, int i, unsigned bits,
                              RestingContactBlock& block);
 };

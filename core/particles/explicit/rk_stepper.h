@@ -14,7 +14,7 @@
 
 namespace sim {
 
-// With k_i = (v_i, a_i) only the accelerations have to be kept (Hairer, Norsett & Wanner, Solving
+// With k_i = (v_i, a_i) only the accelerations have to be stored (Hairer, Norsett & Wanner, Solving
 // ODEs I (1993), section II.14: the Nystrom form of a Runge-Kutta method):
 //   v_i = v + h sum_j a_ij a_j
 //   q_i = q + h c_i v + h^2 sum_j (A^2)_ij a_j
@@ -51,13 +51,13 @@ class RkStepper final : public Stepper {
   // Particles [begin, end) of stage s, whose other forces are gathered.
   bool end_sweep(double t, const Script& script, Rings<Real>& rings, int s, int begin, int end);
 
-  // Settles the particles [begin, end) at the end of a step.
+  // Resolves contact of the particles [begin, end) at the end of a step.
   void resolve(double t, const Script& script, int begin, int end);
 
   static const RkStage<Real>& at(const Script& script, int s) {
     return script.stages[static_cast<std::size_t>(s)];
   }
-  // Null where a stage evaluates no forces.
+  // Null for a stage that evaluates no forces.
   static const Real* const* positions(const Script& script, int s) {
     return at(script, s).q[0] ? at(script, s).q : nullptr;
   }

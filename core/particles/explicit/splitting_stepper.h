@@ -15,9 +15,9 @@
 
 namespace sim {
 
-// Each kick is a sweep that evaluates a(t, q), changes v, and drifts q to where the next kick wants
-// it. Where the last acceleration of a step is the first of the next, that sweep makes both kicks:
-// the next step begins with a drift, and of several steps at once each but the first is one sweep.
+// Each kick is a sweep that evaluates a(t, q), changes v, and drifts q to where the next kick needs
+// it. If the last acceleration of a step is the first of the next, that sweep makes both kicks: the
+// next step begins with a drift, and of several steps at once each but the first is one sweep.
 template <class Real>
 class SplittingStepper final : public Stepper {
  public:
@@ -46,7 +46,7 @@ class SplittingStepper final : public Stepper {
     const Real* v[3];  // null where none of them depends on velocity
   };
 
-  // The contact pass after a stage; null arrays where there is none.
+  // The contact pass after a stage; null arrays without one.
   struct ContactStage {
     double start = 0;  // of the step, in units of h
     bool holds = false, drifts = false, ends = false;

@@ -13,8 +13,8 @@
 
 namespace sim {
 
-// The numbers on a cache line, as many as the widest vectors hold: before and behind all arrays of
-// a sweep there is room for that many.
+// The numbers on a cache line, as many as the widest vectors hold: all arrays of a sweep have room
+// for that many before and after.
 template <class Real>
 inline constexpr int kBlock = 64 / sizeof(Real);
 
@@ -33,16 +33,16 @@ inline constexpr int kGatherTile = 512;
 // waits in a ring until the sweep comes to b = a + stride.
 template <class Real>
 struct SweepRun : RunColumns {
-  // Less 1, the entries of the ring: a power of two, at least stride + kBlock. Its first vector
-  // stands again behind the end.
+  // The entries of the ring less 1: a power of two, at least stride + kBlock. Its first vector is
+  // repeated after the end.
   std::int64_t mask;
   Real* ring;
   std::int64_t back;  // -stride
   unsigned whole;  // the bits of a block that owns springs in all lanes, if all springs are alike
 };
 
-// The rings of one sweep over the runs of several forces. After a whole sweep all that is left in
-// a ring is zero, for the last particles own no springs: the next sweep goes on where this one
+// The rings of one sweep over the runs of several forces. After a whole sweep all that remains in a
+// ring is zero, for the last particles own no springs: the next sweep continues where this one
 // stopped.
 template <class Real>
 class Rings {
@@ -72,8 +72,8 @@ struct Motion {
 
 template <class Real>
 struct SweepKernels {
-  // Sweep [begin, end), begin a multiple of kBlock<Real>, on from where the rings stand. False when
-  // a number of v_next, or of q_next in a stage that has v_next, may not be finite.
+  // Sweeps [begin, end), begin a multiple of kBlock<Real>, from the present state of the rings.
+  // False if a number of v_next, or of q_next in a stage that has v_next, may not be finite.
   bool (*rk)(Rings<Real>& rings, const Motion& motion, const RkStage<Real>& stage, int begin,
              int end);
   bool (*kick)(Rings<Real>& rings, const Motion& motion, const KickStage<Real>& stage, int begin,
@@ -93,9 +93,9 @@ struct SweepKernels {
 template <class Real>
 SweepKernels<Real> sweep_kernels();  // for this machine
 
-// Adds to `sum` the forces of all runs on particles [i, i + lanes), one spring at a time: where
-// some distance is too large or too small for the fast path. Same order of sums and, for the
-// ordinary springs, the same bits.
+// Adds to `sum` the forces of all runs on particles [i, i + lanes), one spring at a time, for
+// distances too large or too small for the fast path. Same order of sums and, for the ordinary
+// springs, the same bits.
 void add_block_carefully(std::span<const SweepRun<double>> runs, std::int64_t turn,
                          const double* const q[3], int i, int lanes, double (*sum)[8]);
 

@@ -1,4 +1,4 @@
-// Blocks of particles as sweeps take them: numbers, and where the particles are.
+// Blocks of particles as sweeps take them: vectors of numbers, and positions.
 //
 // Read once an instruction set, behind core/simd/foreach_target.h.
 SIM_TARGET_BEGIN

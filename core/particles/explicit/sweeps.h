@@ -13,9 +13,9 @@ class Sweeps {
  public:
   Sweeps(Particles& system, int most_stages);
 
-  // Runs `stages` stages. q(stage) is the array of three positions a stage reads, or null
-  // where it evaluates no forces; sweep(rings, stage, begin, end) does a piece and says whether it
-  // is finite. False when one was not.
+  // Runs `stages` stages. q(stage) is the array of three positions a stage reads, or null if it
+  // evaluates no forces; sweep(rings, stage, begin, end) does a part and returns whether it is
+  // finite. False if one was not.
   template <class Q, class Sweep>
   bool run(int stages, const Q& q, const Sweep& sweep) {
     return run_pieces(
@@ -73,7 +73,7 @@ class Sweeps {
   }
 
  private:
-  // begin_at() is called where a rank starts a stage; piece() says whether it is finite.
+  // begin_at() is called where a rank starts a stage; piece() returns whether it is finite.
   template <class BeginAt, class Piece>
   bool run_pieces(int stages, const BeginAt& begin_at, const Piece& piece) {
     std::fill(finite_.begin(), finite_.end(), char{1});

@@ -1,4 +1,4 @@
-// The order in which the stages of a step go over the particles.
+// Wavefronts: the order in which the stages of a step go over the particles.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +10,16 @@
 
 namespace sim {
 
-// A stage at particle i reads what the stage before wrote, from i - reach to i + reach only, and
-// may write over what that one read. So a stage may run over the particles while the one before is
-// `reach` ahead, and the data of all stages stay in cache. Rank r of a team takes the particles
-// from m_r + s reach on at stage s: cut at that slant, it never waits for the rank below, and that
-// one finds what it needs when it gets there.
+// A stage at particle i reads the output of the stage before, from i - reach to i + reach only, and
+// may overwrite the input of that one. So a stage may run over the particles while the one before
+// is `reach` ahead, and the data of all stages stay in cache. Rank r of a thread pool takes the
+// particles from m_r + s reach on at stage s: with that skew it never waits for the rank below, and
+// that rank finds the data it needs when it gets there.
 class Wavefront {
  public:
   static constexpr int kMostStages = 32;
 
-  // reach: a multiple of kGrain. ahead: how many particles a stage goes forward at a time.
+  // reach: a multiple of kGrain. ahead: the number of particles that a stage advances at a time.
   Wavefront(int n, int reach, int most_stages, int most_ranks, int ahead)
       : n_(n),
         reach_(reach),
@@ -48,8 +48,8 @@ class Wavefront {
 
   Progress& progress(int rank, int stage) { return progress_[rank * stages_ + stage]; }
 
-  // The first particle of a rank at a stage. The slant is centred, so that the first and the last
-  // rank have as much to do as the others.
+  // The first particle of a rank at a stage. The skew is centred, so that the first and the last
+  // rank have as much work as the others.
   int first(int rank, int stage) const {
     if (rank == 0) return 0;
     if (rank == ranks_) return n_;

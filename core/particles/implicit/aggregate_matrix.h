@@ -28,12 +28,14 @@ struct AggregateKernels {
 
 AggregateKernels aggregate_kernels();  // for this machine
 
-// B x = r, solved roughly by smoothing and by the same on fewer, larger patches, and in the end
-// directly: W cycles of multigrid with rigid motions. Vanek, Mandel & Brezina (1996), Computing 56,
-// 179-196; Tamstorf, Jones & McCormick (2015), ACM TOG 34(6) 245; all memory is its own.
+// B x = r, solved approximately by smoothing and by the same on fewer, larger aggregates, and in
+// the end directly: W cycles of multigrid with rigid-body modes. Vanek, Mandel & Brezina (1996),
+// Computing 56, 179-196; Tamstorf, Jones & McCormick (2015), ACM TOG 34(6) 245; all memory is its
+// own.
 class AggregateMatrix {
  public:
-  // B_ij for the edges; the diagonal is there. The finest takes most of the time, and smooths less.
+  // B_ij for the edges; the diagonal is always included. The finest level takes most of the time,
+  // and smooths less.
   AggregateMatrix(const WeightedGraph& between, bool finest);
 
   int count() const noexcept { return pattern_.nodes(); }
@@ -44,7 +46,7 @@ class AggregateMatrix {
   double* own(int i) { return block(own_[static_cast<std::size_t>(i)]); }
   void clear();  // all blocks
 
-  // After the blocks i <= j are set, of the others nothing. False when not positive definite.
+  // Called after the blocks i <= j are set; the others need not be. False if not positive definite.
   bool prepare();
   void solve(const double* r, double* x);  // x := about B^-1 r, a fixed symmetric map
 

@@ -1,4 +1,4 @@
-// Aggregation of the nodes of a graph to aggregates of about equal size, for multigrid.
+// Aggregation of the nodes of a graph into aggregates of about equal size, for multigrid.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace sim {
 
-// Undirected: an edge stands at both its ends, and weighs as often as it was given.
+// An undirected graph: an edge is listed at both its ends, and weighs as often as it was given.
 struct WeightedGraph {
   std::vector<int> begin;  // of the edges of each node, one more at the end
   std::vector<int> to, weight;
@@ -24,12 +24,12 @@ struct Aggregates {
 WeightedGraph graph_of(int nodes, std::span<const std::pair<int, int>> edges);
 
 // Aggregates of `wanted` nodes each: an aggregate takes in the neighbour with the heaviest edges to
-// it, so that it stays round; nodes that are left over join a neighbouring aggregate. In the order
-// of the nodes.
+// it, so that it stays round; left-over nodes join a neighbouring aggregate. In the order of the
+// nodes.
 Aggregates aggregate(const WeightedGraph& graph, std::span<const std::uint8_t> left_out,
                      int wanted);
 
-// The patches as nodes, with all edges between two of them as one.
+// The aggregates as nodes, with all edges between two of them as one.
 WeightedGraph graph_between(const WeightedGraph& graph, const Aggregates& aggregates);
 
 }  // namespace sim

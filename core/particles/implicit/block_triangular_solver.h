@@ -1,4 +1,4 @@
-// Implicit stages of particles under forces whose memory follows from the time alone.
+// Implicit stages of particles under forces whose internal variables depend on time alone.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,8 @@ class InternalVariableSystem final : public OdeSystem {
   CombineRange combine_range_ = combine_range();
 };
 
-// Y - tau f(t, Y) = r is triangular: the memories of Y first, then with them the particles.
+// Y - tau f(t, Y) = r is block triangular: the internal variables of Y first, then with them the
+// particles.
 class BlockTriangularSolver final : public StageSolver {
  public:
   BlockTriangularSolver(const Particles& particles, std::unique_ptr<StageSolver> solver,

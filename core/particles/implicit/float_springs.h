@@ -10,7 +10,7 @@
 
 namespace sim {
 
-// The springs of a run, by the particle that owns each: its stiffness is along I + w w^T.
+// The springs of a run, by the particle that owns each: the stiffness of one is along I + w w^T.
 struct FloatSpringRun {
   const std::uint8_t* owners;
   std::int64_t stride;
@@ -40,9 +40,9 @@ struct FloatSpringKernels {
 
 FloatSpringKernels float_spring_kernels();  // for this machine
 
-// The matrix A of a stage once more, for a preconditioner: in single precision, divided by its
-// largest entry, and always positive definite (Stiffness::soften with a share below 1). Every
-// spring is added to both its ends, so A <= 2 D with the blocks D on its diagonal.
+// The matrix A of a stage for a preconditioner: in single precision, divided by its largest entry,
+// and always positive definite (Stiffness::soften with a share below 1). Every spring is added at
+// both its ends, so that A <= 2 D with the blocks D on its diagonal.
 class FloatSprings {
  public:
   explicit FloatSprings(const Particles& system);

@@ -1,4 +1,4 @@
-// Steps of particles that are implicit in stiff forces alone.
+// Steps of particles that are implicit in the stiff forces alone.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@
 
 namespace sim {
 
-// The soft part is a system of all particles whose accelerations make the kicks, the stiff part one
-// of the particles that it touches, whose stage Newton's method solves; the others drift. Where
-// there are colliders the stage is one of all particles, with contact as implicit methods have it.
+// The soft part is a system of all particles, whose accelerations make the kicks; the stiff part is
+// a system of the particles that it acts on, whose stage is solved by Newton's method; the others
+// drift. With colliders the stage is one of all particles, with contact as in implicit methods.
 class ImexStepper final : public ImplicitExplicitStepper {
  public:
   // The particles of the system, and their contacts if there are colliders, else null.

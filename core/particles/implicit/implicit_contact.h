@@ -35,7 +35,7 @@ class ImplicitContact {
   StepEnd end(double* x_next, bool bounces);                // or somebody else cuts the step there
   bool had_impact() const noexcept { return had_impact_; }  // something bounced in this step
 
-  // The inequalities of the stage Y - tau f = r at time t; null where nothing is near.
+  // The inequalities of the stage Y - tau f = r at time t; null if there is no contact near.
   VelocityInequalities* bounds(double t, double tau, const StageOptions& method, const double* r);
   void solved(const double* y);  // the solution of that stage
 

@@ -24,11 +24,11 @@ class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
 
-  // d := A^-1 b, with |b - A d| <= eta |b| if it gets there.
+  // d := A^-1 b, with |b - A d| <= eta |b| if it converges.
   virtual LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) = 0;
 
-  // Prepares a preconditioner, a fixed symmetric map z := about A^-1 r for the present A. False
-  // where the solver has none.
+  // Prepares a preconditioner, a fixed symmetric map z := about A^-1 r for the present A. False if
+  // the solver has none.
   virtual bool prepare(const StageMatrix& /*matrix*/) { return false; }
   virtual void divide(const double* /*r*/, double* /*z*/) {}
   virtual bool divides_cheaply() const { return false; }  // unlike with a factor
@@ -39,7 +39,7 @@ class LinearSolver {
 class ConjugateGradient final : public LinearSolver {
  public:
   ConjugateGradient(const Layout& layout, int most_iterations);
-  // With a multilevel preconditioner, which comes in where the blocks alone do not get there soon.
+  // Adds a multigrid preconditioner, which is used if the blocks alone converge slowly.
   ConjugateGradient(const StageMatrix& matrix, const Particles& system, int most_iterations);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
   bool prepare(const StageMatrix& matrix) override {
@@ -58,7 +58,7 @@ class ConjugateGradient final : public LinearSolver {
 // (1996); the pattern is analysed once. Pinned particles have no rows.
 class SparseLdlt final : public LinearSolver {
  public:
-  // The pairs that springs and others couple, and their elimination_rows().
+  // The pairs that springs and other forces couple, and their elimination_rows().
   SparseLdlt(const StageMatrix& matrix, ParticlePairs pairs, std::vector<int> rows);
   LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override;
   bool prepare(const StageMatrix& matrix) override;
@@ -78,9 +78,9 @@ class SparseLdlt final : public LinearSolver {
   std::vector<double> x_;
 };
 
-// For matrices that are not symmetric: GMRES(30), preconditioned from the right with the 3 x 3
-// blocks on the diagonal, or with the factors of the symmetric part, where there are any and A is
-// stiff. Saad & Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869.
+// For matrices that are not symmetric: GMRES(30), right-preconditioned with the 3 x 3 blocks on the
+// diagonal, or with the factors of the symmetric part, if there are any and A is stiff. Saad &
+// Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869.
 class Gmres final : public LinearSolver {
  public:
   Gmres(const Layout& layout, int most_iterations, std::unique_ptr<SparseLdlt> factors,
@@ -100,8 +100,8 @@ class Gmres final : public LinearSolver {
   double h_[kRestart][kRestart + 1];  // column by column, made triangular by rotations
 };
 
-// A solver that suits the system, or the one that the options demand. `bounded`: planes may
-// restrict the matrix. Throws Error{kScene} when that does not fit.
+// A solver that suits the system, or the one that the options require. `bounded`: inequalities may
+// restrict the matrix. Throws Error{kScene} if that does not fit.
 std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
                                                  const StageOptions& options, bool bounded);
 

@@ -20,7 +20,7 @@ namespace sim {
 // stage (Liu, Bouaziz & Kavan 2017, ACM TOG 36(3)): it converges to what Newton's method finds.
 class LocalGlobalSolver final : public StageSolver {
  public:
-  // Throws Error{kScene} when there are forces that are neither springs nor affine.
+  // Throws Error{kScene} for forces that are neither springs nor affine.
   LocalGlobalSolver(Particles& system, const StageOptions& options,
                     std::function<bool()> stopped = {});
 

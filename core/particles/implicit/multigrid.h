@@ -1,4 +1,4 @@
-// A preconditioner whose iterations hardly grow in number with the particles.
+// A multigrid preconditioner, with iteration counts that hardly grow with the number of particles.
 #pragma once
 
 #include <optional>

@@ -16,15 +16,15 @@ namespace sim {
 
 // A d = -g, v := v + s d.
 //
-// Springs and affine forces alone: the least potential Phi of the stage is looked for, and a point
-// where its gradient is nothing is always found, for Phi is bounded below. Tensions are predicted,
-// and steps are whole: Phi may rise on the way, but if a few steps find nothing lower than the best
-// point so far, the next starts there with a model that is known to lower Phi, in a step that is
-// short enough for a majorant of Phi. The geometric stiffness of compressed springs is reduced at
-// first, so that A is positive definite, and less so where convergence is slow, up to the exact
-// Hessian. Where A is then not positive definite, steps of a quasi-Newton method take over, whose
-// inverse is the preconditioner of a definite A and what the steps tell; or it is less again, or
-// near a saddle Phi falls along the direction in which it is not.
+// Springs and affine forces alone: the potential Phi of the stage is minimised, and a stationary
+// point is always found, for Phi is bounded below. Tensions are predicted, and steps are whole: Phi
+// may rise in between, but if a few steps find nothing lower than the best point so far, the next
+// starts there with a model that is known to lower Phi, in a step that is short enough for a
+// majorant of Phi. The geometric stiffness of compressed springs is reduced at first, so that A is
+// positive definite, and less so where convergence is slow, up to the exact Hessian. If A is then
+// not positive definite, L-BFGS takes over, whose initial inverse Hessian is the preconditioner of
+// a definite A; or the stiffness is reduced again; or near a saddle Phi is followed downhill along
+// a direction of negative curvature.
 //
 // With other forces the residual |g| must fall in each step.
 //

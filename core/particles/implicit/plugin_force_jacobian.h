@@ -26,7 +26,7 @@ class PluginForceJacobian {
 
   bool empty() const { return with_blocks_.empty() && without_.empty(); }
   std::span<Force* const> without_blocks() const { return without_; }
-  // The pairs that blocks may couple, whatever the state; none where some force has no such pairs.
+  // The pairs that blocks may couple, at any state; empty if some force does not know them.
   std::optional<std::vector<std::array<int, 2>>> couplings() const;
   std::int64_t evaluations() const { return evaluations_; }  // of these, so far
 
@@ -36,7 +36,7 @@ class PluginForceJacobian {
   // sink += df/dx dq + df/dv dv of all forces, for all particles, in N.
   void add(const double* const dq[3], const double* const dv[3], ForceSink sink);
 
-  // At the point.
+  // The blocks at the point.
   std::span<const Block> position_blocks() const { return position_; }
   std::span<const Block> velocity_blocks() const { return velocity_; }
 

@@ -1,4 +1,4 @@
-// Sparse symmetric matrices of which only the numbers change.
+// Sparse symmetric matrices with a fixed pattern.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace sim {
 // A sparse symmetric matrix and its factors L D L^T (by Eigen), in the order the rows have.
 class SparseSymmetric {
  public:
-  // `upper`: (row, column) of the entries, row <= column, the whole diagonal among them. The
-  // pattern is analysed, and I factorised, which takes the memory of all that follow (above 16000
+  // `upper`: (row, column) of the entries, row <= column, including the whole diagonal. The pattern
+  // is analysed, and I factorised, which takes the memory of all later factorisations (above 16000
   // rows Eigen takes some for its own use).
   SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper);
   ~SparseSymmetric();

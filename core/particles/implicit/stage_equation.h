@@ -35,11 +35,11 @@ class StageEquation {
   const VelocityInequalities* bounds() const noexcept { return bounds_; }
   bool turned() const noexcept { return turned_; }  // other planes push than one evaluation before
 
-  // Planes beyond which the direction leads push from now on: `offset` := the ways onto them, by
-  // which it begins. False where there are none.
+  // Activates the inequalities that the direction would violate: `offset` := the displacements onto
+  // their planes, with which it begins. False if there are none.
   bool activates(Array& offset);
 
-  // The equation at hand. Trials lie in y, on the line from its velocity along direction().
+  // Begins an equation. Trials are stored in y, on the line from its velocity along direction().
   void begin(double t, double tau, const double* r, double* y);
   void place(double s);  // v := start + s d, q := r_q + tau v
   void start_here();     // start := v
@@ -67,7 +67,7 @@ class StageEquation {
   std::int64_t evaluations_ = 0;
 };
 
-// In eight lanes: the same bits whatever the machine.
+// Summed in eight lanes: the same bits on any machine.
 double dot(const Array& a, const Array& b);
 
 }  // namespace sim

@@ -50,17 +50,17 @@ class StageMatrix {
   Mat3 diagonal(int i) const;  // the block of D
   double shift(int i) const;   // M + tau c
   // The blocks of A off its diagonal: spring(a, b, block) of each spring, a < b, in the order of
-  // Stiffness::for_each, and other(i, j, block) of all else, half of the symmetric part of A for
-  // each of (i, j) and (j, i).
+  // Stiffness::for_each, and other(i, j, block) of all other forces, half of the symmetric part of
+  // A for each of (i, j) and (j, i).
   using VisitPair = std::function<void(int, int, const Mat3&)>;
   void for_each_pair(const VisitPair& spring, const VisitPair& other) const;
   const double* shifts() const { return Layout(half_.n(), 1).block(shift_.data(), 0); }
   double largest() const;          // entry of D on its diagonal
   double stiffness_ratio() const;  // the largest entry of D over its shift M + tau c
 
-  // The geometric stiffness of compressed springs: none, or together with others at a particle at
-  // most `share` of half its shift. A is positive definite where share < 1, and exact where it is
-  // infinite.
+  // The geometric stiffness of compressed springs: none, or limited in sum at each particle to
+  // `share` of half its shift. A is positive definite for share < 1, and exact for an infinite
+  // share.
   struct Model {
     bool clamped = false;
     double share = HUGE_VAL;

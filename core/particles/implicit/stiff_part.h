@@ -1,4 +1,4 @@
-// The forces between particles that are stiff for steps of a size, and each part as a system.
+// The partition of forces into stiff and soft for a step size, and each part as a system.
 #pragma once
 
 #include <cmath>
@@ -15,8 +15,8 @@
 
 namespace sim {
 
-// A spring of stiffness k between a and b has omega^2 = k (1/m_a + 1/m_b) by itself; it is stiff
-// where omega reaches a cut. Other forces (dashpots, bending, cells) are stiff as a whole.
+// A spring of stiffness k between a and b has omega^2 = k (1/m_a + 1/m_b) by itself; it is stiff if
+// omega reaches a cut. Other forces (dashpots, bending, cells) are stiff as a whole.
 struct Partition {
   double step = 0;                   // s, for which it was found
   double cut = HUGE_VAL;             // rad/s
@@ -58,7 +58,7 @@ class StiffPart {
   StiffPart(Particles& system, Said said) : system_(&system), said_(std::move(said)) {}
 
   // Explicit kicks of size h are stable on the fastest mode of the soft part, which has as many
-  // springs as possible. Where most would be stiff all are. The scene's own choices are kept.
+  // springs as possible. If most would be stiff, all are. The scene's own choices are kept.
   Partition choose(double t, double h, const double* x);
 
   PartitionCount count(const Partition& partition) const;
@@ -67,17 +67,17 @@ class StiffPart {
   // forces belong to the system, which lends them; springs of which some are stiff are copied.
   std::unique_ptr<SoftSystem> soft_system(const Partition& partition, const double* x) const;
 
-  // The stiff forces alone: on the particles of `ids`, ascending, by the numbers they have there;
-  // or on all, where `ids` is empty.
+  // The stiff forces alone: on the particles of `ids`, ascending, renumbered; or on all, if `ids`
+  // is empty.
   std::unique_ptr<Particles> stiff_system(const Partition& partition, std::span<const int> ids,
                                           const double* x, ThreadPool& pool) const;
 
-  // The ends of stiff springs, ascending; empty where forces are stiff that accumulate, and may
-  // read any particle.
+  // The ends of stiff springs, ascending; empty if stiff forces accumulate, and may read any
+  // particle.
   std::vector<int> stiff_particles(const Partition& partition) const;
 
  private:
-  // Calls visit(a, b, k, rest) of the stiff springs, or of the soft ones, of a force that is on.
+  // Calls visit(a, b, k, rest) for the stiff springs, or for the soft ones, of an active force.
   template <class Visit>
   void for_springs(const Partition& partition, std::size_t force, bool stiff,
                    const Visit& visit) const;

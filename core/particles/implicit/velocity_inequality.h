@@ -25,7 +25,7 @@ struct Friction {
     return drag * (Mat3::Identity() - outer(normal, normal) - outer(direction, direction));
   }
   Vec3 at(const Vec3& v) const { return size * direction + slope() * (v - carrier); }
-  // kg m^2/s^2, whose gradient that is.
+  // The potential, kg m^2/s^2, of which that is the gradient.
   double potential(const Vec3& v) const {
     const Vec3 slip = v - carrier;
     return size * direction.dot(slip) + 0.5 * slip.dot(slope() * slip);
@@ -58,8 +58,8 @@ struct VelocityInequality {
   // Activates inequalities that v + d violates; `offset` then leads from v onto all active planes.
   // False if there are none.
   bool activates(const Vec3& v, const Vec3& d);
-  // The part of a gradient along which its potential can still fall; the rest is the push. Planes
-  // that would have to pull let go.
+  // The projected gradient, along which the potential can still fall; the rest is the contact
+  // force. Inequalities that would have to pull are released.
   Vec3 projected_gradient(const Vec3& gradient, const Vec3& v);
 
  private:

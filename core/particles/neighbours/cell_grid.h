@@ -9,13 +9,15 @@
 
 namespace sim {
 
-// Cubic cells fill space and are folded onto a grid of at most some two a point: cell (x, y, z) is
-// number (x mod A) + A ((y mod B) + B (z mod C)). Far outliers therefore take no memory; they share
-// cells with others. Cells around the median of the points come first, and points very far from
-// it count as nearer: points less than a width apart stay in the same or neighbouring cells.
+// Cubic cells fill space and are folded onto a grid with some two cells a point at most: cell (x,
+// y, z) is number (x mod A) + A ((y mod B) + B (z mod C)). Far outliers therefore take no memory;
+// they share cells with others. Cells around the median of the points come first, and points very
+// far from it count as nearer: points less than a width apart stay in the same or neighbouring
+// cells.
 class CellGrid {
  public:
-  // Sorts the points of a view into cells `width` wide (m). A point that is not finite is in any.
+  // Sorts the points of a view into cells `width` wide (m). A point that is not finite may be in
+  // any cell.
   void sort(const ParticleView& view, double width);
 
   // Ids by cell, ascending within each. A place is an index into this.

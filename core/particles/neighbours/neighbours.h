@@ -34,7 +34,7 @@ NearPoints near_points();  // for this machine
 class Neighbours {
  public:
   Neighbours() = default;
-  // Both in m, positive and not negative.
+  // Cutoff > 0 and skin >= 0, in m.
   Neighbours(double cutoff, double skin);
 
   // Updates the lists to hold every pair less than the cutoff apart. False if every position is as

@@ -18,7 +18,7 @@ struct RigidState {
   std::array<double, 4> quaternion() const;  // w, x, y, z of length 1, w >= 0
 };
 
-// d_k = sum of sign_pk x_p / (4 extent_k), the principal axes as the particles have them, and d_k'.
+// d_k = sum of sign_pk x_p / (4 extent_k), the principal axes as the particles span them, and d_k'.
 struct Directors {
   std::array<Vec3, 3> d{}, rate{};
 };
@@ -32,7 +32,7 @@ class RigidBody {
  public:
   static constexpr int kParticles = 4;
 
-  // first: the id of its first particle. mass > 0, kg. Throws Error{kScene} where the shape has no
+  // first: the id of its first particle. mass > 0, kg. Throws Error{kScene} if the shape has no
   // mass in some direction.
   RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int first);
 
@@ -54,8 +54,8 @@ class RigidBody {
   std::array<double, kParticles> weights(const Vec3& at) const;
 
   RigidState state(const ParticleView& view) const;
-  // The directors from positions and velocities less x0 and v0, which changes rounding errors
-  // alone.
+  // The directors from positions and velocities relative to x0 and v0, which reduces rounding
+  // errors.
   Directors directors(const ParticleView& view, const Vec3& x0, const Vec3& v0) const;
   Vec3 place(const RigidState& state, const Vec3& at) const {
     return state.center + state.axes * (at - center_);
@@ -70,7 +70,7 @@ class RigidBody {
   Mat3 principal_;  // columns, in the frame of the shape
 };
 
-// The axes turned by |turn| rad about `turn`.
+// The axes rotated by |turn| rad about `turn`.
 Mat3 turned_by(const Vec3& turn);
 
 }  // namespace sim

@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// About the origin of its own frame; the axis of a capsule is y.
+// A shape about the origin of its own frame; the axis of a capsule is y.
 struct RigidShape {
   enum class Form { kSphere, kBox, kCapsule, kMesh };
 
@@ -32,7 +32,7 @@ struct MassProperties {
   Mat3 covariance;       // m^5, the integral of r r^T about the center
 };
 
-// Closed forms; of a mesh exact, over the cones from one point to its triangles. Throws
+// Closed forms; for a mesh exact, over the cones from one point to its triangles. Throws
 // Error{kScene} for a mesh that is not closed, inside out or without volume.
 MassProperties mass_properties(const RigidShape& shape);
 

@@ -13,7 +13,7 @@ namespace sim {
 
 // The force on a of a dashpot of c N s/m to b, with d = x_a - x_b and w = v_a - v_b:
 //   f = -c (w.d^) d^ = -c rho d,  d^ = d / |d|,  rho = (w.d) / |d|^2;  0 where d = 0
-// It acts along d, so that momentum and angular momentum stay, and takes the power c (w.d^)^2.
+// It acts along d, which conserves momentum and angular momentum, and takes the power c (w.d^)^2.
 Vec3 dashpot_force(const Vec3& d, const Vec3& w, double c);
 
 // The dashpots of a run: c of the one that particle a owns at [a], 0 where there is none, padded.
@@ -29,7 +29,7 @@ using DashpotForces = void (*)(std::span<const DashpotRun> runs, const ParticleV
                                int begin, int end, ForceSink sink);
 DashpotForces dashpot_forces();  // for this machine
 
-// Adds these to `sum` for the particles at `lanes` places from i, one dashpot at a time: where some
+// Adds these to `sum` for the particles at `lanes` places from i, one dashpot at a time, if some
 // |d|^2 leaves the range of numbers. The same bits for the others.
 void add_dashpots_carefully(std::span<const DashpotRun> runs, const ParticleView& view, int i,
                             int lanes, double (*sum)[8]);

@@ -16,9 +16,9 @@ namespace sim {
 // most slots need one stiffness and rest length only, and the order in which a scene lists its
 // springs does not show in the bits.
 //
-// Particles stand in the blocks by number, unless they are many and their numbers bring the ends of
-// springs far from each other: then in an order in which the far ends of a block are mostly those
-// of the blocks shortly before, which are still in the cache.
+// Particles are in the blocks by id, unless they are many and their ids separate the ends of
+// springs: then in an order in which the far ends of a block are mostly in the blocks shortly
+// before, which are still in the cache.
 class Net {
  public:
   struct Spring {
@@ -38,7 +38,7 @@ class Net {
   };
 
   Net() = default;
-  // Springs of another sense than both, or that change, have numbers of their own in every slot.
+  // Springs of another sense than both, or that change, have their own numbers in every slot.
   Net(int n, std::span<const Spring> springs, SpringSense sense = SpringSense::kBoth,
       bool own_numbers = false);
 
@@ -63,8 +63,8 @@ class Net {
     }
   }
 
-  // Calls take(k, rest) for the numbers of its own of every end at i that leads to `other`, until
-  // it returns true.
+  // Calls take(k, rest) for the own numbers of every end at i that leads to `other`, until it
+  // returns true.
   template <class Take>
   void find(int i, int other, Take take) {
     if (empty()) return;

@@ -11,8 +11,8 @@
 
 namespace sim {
 
-// At the positions q, which `points` holds once more, four doubles a particle: the far end of a
-// spring is then on one cache line.
+// Positions q, which `points` repeats, four doubles a particle: the far end of a spring is then on
+// one cache line.
 struct NetKernels {
   // Adds the forces of a net that is not reordered on particles [begin, end), begin a multiple
   // of 8.
@@ -29,9 +29,9 @@ struct NetKernels {
 
 NetKernels net_kernels();  // for this machine
 
-// Adds to `sum` the forces on the particles at `lanes` places from p, one spring at a time: where
-// some distance is too large or too small for the fast path. Same order of sums and, for the
-// ordinary springs, the same bits.
+// Adds to `sum` the forces on the particles at `lanes` places from p, one spring at a time, for
+// distances too large or too small for the fast path. Same order of sums and, for the ordinary
+// springs, the same bits.
 void add_net_carefully(const Net& net, const double* const q[3], int p, int lanes,
                        double (*sum)[8]);
 
@@ -42,7 +42,7 @@ class NetForces {
 
   std::span<const Net* const> nets() const { return nets_; }
 
-  // For add() at this view.
+  // Prepares add() at this view.
   void prepare(const ParticleView& view, ThreadPool& pool);
 
   // Adds the forces on the particles of a tile that begins at a multiple of 8; the sink is padded.

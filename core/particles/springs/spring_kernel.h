@@ -5,8 +5,8 @@
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 
-// k, or 0 where springs of one sense are slack: slack() of the squares. A dd that is not a number
-// keeps k, and with it what is wrong.
+// k, or 0 for slack springs of one sense: slack() of the squares. A dd that is not a number keeps
+// k, so that the error propagates.
 template <class Real>
 SIM_INLINE V<Real> taut_stiffness(SpringSense sense, V<Real> k, V<Real> rest, V<Real> dd) {
   if (sense == SpringSense::kBoth) [[likely]]
@@ -51,9 +51,9 @@ SIM_INLINE void add_scaled(V<Real> s, const V3<Real>& d, V3<Real>& sum) {
   sum.z = fma(s, d.z, sum.z);
 }
 
-// The factor s = k rest / |d| - k of springs in the lanes whose bit is set: their force is s d. In
-// the others 0, whatever lies there. From dd = |d|^2 and the seed r of 1/|d|; errors += the squared
-// errors of the seeds.
+// The factor s = k rest / |d| - k of springs in the lanes whose bit is set: their force is s d. It
+// is 0 in the others. From dd = |d|^2 and the seed r of 1/|d|; errors += the squared errors of the
+// seeds.
 SIM_INLINE Doubles spring_factors(Doubles dd, Doubles r, const Constants<double>& spring,
                                   unsigned bits, Doubles& errors) {
   const Doubles e = seed_error(dd, r);
@@ -66,7 +66,7 @@ SIM_INLINE Doubles spring_factors(const V3<double>& d, const Constants<double>& 
   return spring_factors(dd, seed(dd), spring, bits, errors);
 }
 
-// In single precision distances below kLeastDistance count as that: no force at 0, no overflow.
+// In single precision distances below kLeastDistance are raised to it: no force at 0, no overflow.
 SIM_INLINE Floats spring_factors(const V3<float>& d, const Constants<float>& spring, unsigned bits,
                                  Floats& /*errors*/) {
   constexpr double kLeastDistance = 1e-15;  // m
@@ -74,8 +74,8 @@ SIM_INLINE Floats spring_factors(const V3<float>& d, const Constants<float>& spr
   return keep(bits, fma(spring.k_rest, inverse_sqrt(greater(squared(d), least)), -spring.k));
 }
 
-// The errors and 0, or not a number where a sum is not finite: it may be a 0 of no spring times a
-// distance that overflowed.
+// The errors plus 0, or not a number if a sum is not finite: it may come from a lane without a
+// spring whose distance overflowed.
 template <class Real>
 SIM_INLINE V<Real> watched(V<Real> errors, const V3<Real>& sum) {
   const V<Real> zero{};

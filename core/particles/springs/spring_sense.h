@@ -4,7 +4,7 @@
 namespace sim {
 
 // A cable carries tension alone and a strut compression alone: k becomes 0 where it is slack. The
-// value is the sign that |d| - rest has where the spring acts.
+// value is the sign of |d| - rest for which the spring acts.
 enum class SpringSense { kBoth = 0, kTension = 1, kCompression = -1 };
 
 // True if |d| - rest has the other sign; sizes are |d| and rest, or the squares of both. At rest

@@ -16,7 +16,7 @@ SpringStiffness spring_stiffness(const Vec3& d, double k, double rest, bool clam
 
 // The same with the tension that follows from d = `before` to first order, k (d.u - r) with u the
 // unit vector of `before`: along = k (d.u - r) / |d|. The rotation of a spring lengthens it only to
-// second order; the tension that results is no property of the solution near by, and Newton steps
+// second order; the tension that results is an artefact of the linearisation, and Newton steps
 // without it are as long as those of inextensible bodies. Magisano, Leonetti & Garcea (2017), Int.
 // J. Numer. Meth. Engng 109(4), 547-575. Same as above where d has rotated by more than 60 degrees.
 SpringStiffness predicted_stiffness(const Vec3& d, const Vec3& before, double k, double rest,

@@ -1,4 +1,4 @@
-// Springs in the form the machine likes: runs of constant index stride, and the rest as a list.
+// Springs in a form for vector units: runs of constant index stride, and the rest as a list.
 #pragma once
 
 #include <array>
@@ -23,13 +23,13 @@ inline Vec3 spring_force(const Vec3& d, double k, double k_rest) {
   return spring_factor(d, k, k_rest) * d;
 }
 
-// The same, but 0 where it is slack.
+// The same, but 0 if it is slack.
 double spring_factor(SpringSense sense, const Vec3& d, double k, double rest);
 inline Vec3 spring_force(SpringSense sense, const Vec3& d, double k, double rest) {
   return spring_factor(sense, d, k, rest) * d;
 }
 
-// |d| - rest, or 0 where the spring is slack.
+// The stretch |d| - rest, or 0 if the spring is slack.
 double spring_stretch(SpringSense sense, const Vec3& d, double rest);
 
 // The range in which |d|^2 is far from underflow and overflow.
@@ -56,7 +56,7 @@ class Springs {
   // Elastic energy of the springs whose lower end is in the tile, in J.
   double potential(const ParticleView& view, Tile tile) const;
 
-  // The numbers of spring `index`, in the order of for_each; of one that is broken, 0 and 0.
+  // Sets the numbers of spring `index`, in the order of for_each; of a broken one, 0 and 0.
   void set(std::size_t index, double k, double rest);
 
   // Calls visit(to, k, rest) for every spring at particle i.
@@ -76,7 +76,7 @@ class Springs {
       });
   }
 
-  // Broken springs, of k = 0, are visited, too; otherwise it is at().
+  // Visits broken springs, with k = 0, too; otherwise like at().
   template <class V>
   void with_broken_at(int i, V visit) const {
     for (const SpringRun& run : runs_) {

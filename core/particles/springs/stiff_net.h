@@ -9,8 +9,8 @@
 
 namespace sim {
 
-// The ends stand by the numbers of particles, whatever the net's own order, for so products go: the
-// j-th end of each of 8 particles side by side.
+// The ends are stored by particle id, whatever the net's own order, as in products: the j-th end of
+// each of 8 particles side by side.
 class StiffNet {
  public:
   StiffNet(const Net& net, int n) : net_(&net) {

@@ -48,7 +48,7 @@ struct StiffKernels {
 
 StiffKernels stiff_kernels();  // for this machine
 
-// For particles [i, i + lanes), one spring at a time: where a distance leaves the fast path.
+// For particles [i, i + lanes), one spring at a time, if a distance leaves the fast path.
 void linearise_carefully(const StiffRun& run, const double* const q[3], const SpringModel& model,
                          int i, int lanes);
 
@@ -66,7 +66,7 @@ class Stiffness {
   void find_parts(const double* shift, double scale, const std::uint8_t* free, double share,
                   double* parts) const;
 
-  // out on the particles [begin, end), begin a multiple of 8. sums += the lanes of p.out.
+  // Computes out for the particles [begin, end), begin a multiple of 8. sums += the lanes of p.out.
   void apply(StiffProduct product, int begin, int end, double (&sums)[8]) const;
 
   // blocks[0 .. 5][i] := xx xy xz yy yz zz of shift I + scale sum K over the springs at i.
