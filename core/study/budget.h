@@ -5,7 +5,8 @@
 
 namespace sim::study {
 
-// A share, of the size of a scene or of the range of a quantity; or an amount, in m or as a number.
+// A relative budget, as a share of the size of a scene or of the range of a quantity; or an amount,
+// in m or as a number.
 struct Budget {
   double value = 1e-3;
   bool in_metres = false;

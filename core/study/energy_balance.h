@@ -1,4 +1,4 @@
-// Energy against what the forces allow: gravity and springs keep it, damping takes, others do work.
+// The energy balance: gravity and springs conserve energy, damping takes it, others do work.
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@
 
 namespace sim::study {
 
-// E(t) + W(t) - E(0), where W is what drag, damped springs and all forces that are not conservative
-// have taken, the integral of their power, and what contact, ties that broke and islands that fell
-// asleep have taken, less what moving colliders have given; 0 for the exact motion.
+// E(t) + W(t) - E(0), where W is the work taken by drag, damped springs and all non-conservative
+// forces, the integral of their power, and the energy lost in contact, broken ties and sleeping
+// islands, less that given by moving colliders; 0 for the exact motion.
 class EnergyBalance {
  public:
-  // Looks at the present state of a second-order system, which it outlives. steps: of the run, if
+  // Samples the present state of a second-order system, which outlives it. steps: of the run, if
   // known: non-conservative forces are sampled less often in long runs, as far as their work is
   // known then.
   explicit EnergyBalance(Simulation& system, std::int64_t steps = 0);
 
-  // After steps, at most due() of them: in large systems not after every one, to save time. More
-  // are allowed where states are not at hand; W is then less certain.
+  // Called after steps, at most due() of them: in large systems not after every one, to save time.
+  // More are allowed if states are not available; W is then less certain.
   void advance(std::int64_t steps = 1);
   std::int64_t due() const;  // steps until the present state is wanted again
 
-  // After a hand did something at the present state, which changed the energy by so many J at once:
-  // that counts as the start; what it pulls from now on is work, as that of any force.
+  // Called after a user's action at the present state, which changed the energy by so many J at
+  // once: that counts as the start; the user's pull from now on is work, like that of any force.
   void touched(double energy);
 
   void look() { look(system_->energy()); }  // at the present state

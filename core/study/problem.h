@@ -1,5 +1,4 @@
-// The problem of a study: one system of a scene, to be run again and again with other methods and
-// steps.
+// The problem of a study: one system of a scene, to be run repeatedly with other methods and steps.
 #pragma once
 
 #include <functional>
@@ -36,8 +35,8 @@ struct Problem {
   std::unique_ptr<Integrator> make_integrator() const;
 };
 
-// Told what is being done and how much of it is done (0 .. 1); answers false to end the study,
-// which then returns what it has.
+// A progress callback: what is being done, and the share that is done (0 .. 1); it answers false to
+// end the study, which then returns its results so far.
 using Watch = std::function<bool(std::string_view what, double done)>;
 
 struct Candidate : MethodChoice {
@@ -49,8 +48,7 @@ struct Candidate : MethodChoice {
 };
 
 // The choices; without any, the integrators that fit the problem, sorted by name, that of the run
-// with its values. Throws Error{kUsage} for a name that no plugin has, or when a choice does not
-// fit.
+// with its values. Throws Error{kUsage} for an unknown name, or if a choice does not fit.
 std::vector<Candidate> fitting_methods(const Problem& problem,
                                        const std::vector<MethodChoice>& choices);
 
@@ -59,16 +57,16 @@ std::int64_t evaluations_of(const Simulation& system);
 
 // The system of particles that a second-order simulation steps; null in a first-order one.
 const ParticleSystem* particles_of(Simulation& system);
-// Does anything but the method change the state at the ends of steps: contact with colliders, or a
-// StepCorrection?
+// True if something besides the method changes the state at the ends of steps: contact with
+// colliders, or a StepCorrection.
 bool acts_between_steps(Simulation& system);
 
-// Single steps from any state, beside the run: nothing is kept from one step to the next.
+// Single steps from any state, beside the run: nothing is stored from one step to the next.
 class StepMap {
  public:
   StepMap(OdeSystem& system, std::unique_ptr<Integrator> integrator);
 
-  // x_next := one step of size h from x at t, both system.size() doubles; false when it fails.
+  // x_next := one step of size h from x at t, both system.size() doubles; false if it fails.
   bool step(double t, double h, const double* x, double* x_next);
 
   const Integrator& integrator() const { return *integrator_; }

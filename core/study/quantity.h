@@ -1,5 +1,5 @@
-// The quantities by which a run is judged, among those that its scene observes: a quantity at all
-// times, or one figure of it for the whole run, which may be right where positions cannot.
+// The quantities by which a run is judged, among those that its scene observes: a quantity over
+// time, or one figure of it for the whole run, which may be right even if positions cannot.
 #pragma once
 
 #include <span>
@@ -25,10 +25,10 @@ class Quantity {
   std::size_t observer() const { return observer_; }  // its place in SystemSpec::observers
   double at(const Simulation& system) const { return value_(system); }
 
-  // The figure of values at rising times (s), with cubics between them: the time integral over the
-  // time; the top of a parabola through the largest and its neighbours; the mean time between rises
-  // through the mean, each after a fall of 5 % of the range below it. Not a number where there is
-  // none: values that are not finite, less than two rises.
+  // The figure of values at increasing times (s), with cubics between them: the time average; the
+  // vertex of a parabola through the largest value and its neighbours; the mean time between upward
+  // crossings of the mean, each after a fall of 5 % of the range below it. Not a number if there is
+  // none: values that are not finite, less than two crossings.
   double of(std::span<const double> times, std::span<const double> values) const;
 
  private:
@@ -39,7 +39,7 @@ class Quantity {
   std::function<double(const Simulation&)> value_;
 };
 
-// The values of a quantity on the way. Beyond a million every second one is forgotten.
+// The values of a quantity over a run. Beyond a million every second one is dropped.
 class Course {
  public:
   void look(double t, double value);

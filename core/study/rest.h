@@ -1,4 +1,4 @@
-// Static equilibrium: where a damped scene comes to rest.
+// Static equilibrium: the rest state of a damped scene.
 #pragma once
 
 #include <functional>
@@ -20,10 +20,10 @@ struct Rest {
 
 // Brings a scene of particles to rest at its present time: steps of backward Euler from rest, each
 // longer than the one before. Each lowers the potential U by at least |dx|^2_M / 2 h^2, so that the
-// scene goes where friction would lead it, and the limit is a minimum of U, not just a place
-// without forces (the proximal point method: Rockafellar 1976, SIAM J. Control Optim. 14, 877-898).
-// Ends when forces are rounding, or 1e-10 of those in play. Velocities become 0; the time stays.
-// Throws Error{kUsage} for a first-order scene, and what a stage solver throws.
+// scene moves as under friction, and the limit is a minimum of U, not just a state without forces
+// (the proximal point method: Rockafellar 1976, SIAM J. Control Optim. 14, 877-898). Ends when
+// forces are rounding errors, or 1e-10 of those in play. Velocities become 0; the time stays.
+// Throws Error{kUsage} for a first-order scene, and the errors of a stage solver.
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop = {});
 
 }  // namespace sim::study

@@ -1,4 +1,4 @@
-// A study, `sim NAME SCENE`: runs a scene as often as it has to and says what it found. A plugin.
+// A study, `sim NAME SCENE`: runs a scene as often as needed and reports its findings. A plugin.
 #pragma once
 
 #include <functional>
@@ -28,17 +28,17 @@ struct StudiedScene {
   std::vector<Simulation> systems;  // in the order of spec.systems
 };
 
-// The scene that a study is about, in as many variants as the study wants.
+// The scene of a study, in any variant that the study asks for.
 class SceneSource {
  public:
   virtual ~SceneSource() = default;
 
   virtual std::string name() const = 0;  // its file, as it was asked for
-  // Throws Error for a scene that cannot be made, or that lacks what the variant names.
+  // Throws Error for a scene that cannot be made, or that lacks a part named by the variant.
   virtual StudiedScene load(const SceneVariant& variant) = 0;
   // The options of a run of one of its systems, for study::Problem. Throws Error{kUsage}.
   virtual RunOptions options(const SceneVariant& variant, const SystemSpec& system) = 0;
-  // "sim SCENE -s n=3 --without drag": the words that run the variant, but for method and step.
+  // The words that run the variant, except for method and step: "sim SCENE -s n=3 --without drag".
   virtual std::string command(const SceneVariant& variant) const = 0;
 };
 
@@ -58,12 +58,12 @@ struct StudyTask {
 class Study {
  public:
   virtual ~Study() = default;
-  // Returns its findings, which go to standard output; "" where it was ended before it had any.
-  // Throws Error.
+  // Returns its findings, which go to standard output; "" if it was ended before it had any. Throws
+  // Error.
   virtual std::string run(const StudyTask& task) = 0;
 };
 
-// Its parameters are options of its verb: `max_step` is --max-step.
+// The parameters of a study are options of its verb: `max_step` is --max-step.
 template <>
 struct Plugin<Study> : PluginInfo {
   Kind<Study>::Make make;

@@ -11,7 +11,7 @@ namespace sim::study {
 // Error{kUsage} for a name that no force, collider or family of springs has.
 void leave_out(const std::string& name, SceneSpec& scene);
 
-// In every system that has a switch of this name. Throws Error{kUsage} where none has.
+// Turns off the parts with this switch in every system. Throws Error{kUsage} if there are none.
 void turn_off(const std::string& name, SceneSpec& scene);
 
 }  // namespace sim::study

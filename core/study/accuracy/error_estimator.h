@@ -1,5 +1,5 @@
-// The same run with half the step, or a tenth of the tolerance, kept abreast of a run: how wrong
-// each particle is while the run goes on.
+// Errors of particles while a run goes on, from the same run with half the step, or a tenth of the
+// tolerance, beside it.
 #pragma once
 
 #include <optional>
@@ -11,11 +11,11 @@
 
 namespace sim::study {
 
-// The method as exact as it takes: in double precision, with tolerances `kSharper` times smaller.
+// The method at its most accurate: in double precision, with tolerances `kSharper` times smaller.
 inline constexpr double kSharper = 10;
 MethodChoice sharper(const Method& own);
 
-// The method with tolerances `kSharper` times larger; nothing where it has none, or may not.
+// The method with tolerances `kSharper` times larger; empty if it has none, or may not.
 std::optional<MethodChoice> looser(const Method& own);
 
 // The same run with a sharper method and so many steps for each of its own, at X = x and time t.
@@ -29,7 +29,7 @@ Simulation run_with_method(const SystemSpec& spec, Registry& registry, const Set
 
 class ErrorEstimator {
  public:
-  // From the present state of the run on. Spec and registry outlive it.
+  // Begins at the present state of the run. Spec and registry outlive it.
   ErrorEstimator(const SystemSpec& spec, const Simulation& run, Registry& registry);
 
   // These apply the user's actions to the refined run as well: before the run, at its present time;
@@ -39,9 +39,9 @@ class ErrorEstimator {
   void follow(const Simulation& run);
   void act(const Action& action);  // an action that moves or pushes a particle at once
 
-  // The error of each particle, in m, or the one of a flat state, at the present time of the run:
-  // its distance from the companion, as the order of the method makes an error of it. Not finite
-  // where the companion came to an end.
+  // The error of each particle, in m, or the single one of a flat state, at the present time of the
+  // run: its distance from the refined run, times the factor for the order of the method. Not
+  // finite if the refined run has failed.
   std::vector<double> errors(const Simulation& run);
 
  private:

@@ -1,5 +1,5 @@
-// An error that is asked for instead of a step: the method and the step that keep it, found by
-// trials and checked over the whole run.
+// A required error instead of a step: the method and the step that keep it are found by trials and
+// checked over the whole run.
 #pragma once
 
 #include <cmath>
@@ -53,7 +53,7 @@ struct GoalChoice {
   MethodChoice integrator() const;
 };
 
-// Throws Error{kUsage} where no method is left to choose from.
+// Throws Error{kUsage} if no method is left to choose from.
 GoalChoice choose_for_error(const Problem& problem, const ErrorGoal& goal, const Watch& watch);
 
 }  // namespace sim::study

@@ -13,14 +13,14 @@
 namespace sim::study {
 
 // Gragg (1965), Bulirsch & Stoer (1966). Increments are extrapolated, not states, and added with
-// compensation, so that thousands of steps cost few roundings.
+// compensation, so that thousands of steps cause few rounding errors.
 class Extrapolation {
  public:
   // The system outlives it, and X begins with the state `x` at t = 0. Not for confined systems.
   Extrapolation(OdeSystem& system, const double* x, std::int64_t most_evaluations);
 
-  // To the time `end`, exactly there. False when that takes too many evaluations or too small
-  // steps, when a number is not finite, or when `go_on` says so.
+  // Advances to the time `end` exactly. False if that takes too many evaluations or too small
+  // steps, if a number is not finite, or if `go_on` says so.
   bool advance(double end, const std::function<bool()>& go_on);
 
   const double* x() const { return x_.data(); }

@@ -19,11 +19,11 @@ struct SeenRun {
   double figure = std::nan("");  // if the problem asks for one
 };
 
-// Evaluations, and what the equations of implicit steps are worth in them: a fixed price for an
+// The cost in evaluations, including the equations of implicit steps: a fixed price for an
 // iteration and a factorisation, so that a choice by cost is the same on every machine.
 double cost_of(const Effort& effort);
 
-// The errors of a run at common times, from another one. By a figure a single one at the end.
+// The errors of a run at common times, against another one. For a figure a single one at the end.
 struct ErrorCourse {
   std::vector<double> rms;       // at k time / (size - 1); infinite where one run did not get
   double most = 0, largest = 0;  // the largest rms, and of any particle (or number)
@@ -49,12 +49,12 @@ class Refinement {
   int order_;
 };
 
-// A run of `time` seconds, at a fineness. Steps are rounded up to a multiple that is seen.
+// A run of `time` seconds, at a fineness. Steps are rounded up to a multiple that is sampled.
 struct TrialRun {
   std::int64_t steps = 0;  // between states; of its own size for a method of fixed steps
   double tolerance = 0;    // 0 for those
 };
-// `between`: steps between states that a method with a tolerance has. One whose states are
+// `between`: steps between states for a method with a tolerance. A method whose states are
 // corrected at their ends (contact) has more of them with a smaller tolerance.
 TrialRun trial_run(const Candidate& method, double fineness, std::int64_t between);
 // The same, finer by Refinement::factor().
@@ -69,8 +69,8 @@ struct CostPrediction {
 
 class MethodTrials {
  public:
-  // In the first `window` seconds; `first` is the fineness that it begins with. With `only` no
-  // other is allowed, and one refinement shows its error.
+  // Trials in the first `window` seconds; `first` is the initial fineness. With `only` no other
+  // method is allowed, and one refinement determines its error.
   MethodTrials(const Problem& problem, Candidate method, double window, double first,
                std::int64_t between, bool corrected, bool only);
 
@@ -83,16 +83,17 @@ class MethodTrials {
   double error() const { return std::max(error_, doubt_); }
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
   double exponent() const { return exponent_; }  // observed, at most the claimed one
-  // The share of the window up to which the run before the finest kept it.
+  // The share of the window over which the run before the finest kept it.
   double kept_share(double allowed) const;
   const SeenRun& finest() const { return finest_; }
   double fineness() const { return fineness_; }
   double spent() const { return spent_; }
   int runs() const { return runs_; }
 
-  // The cheapest run that keeps this error, as far as what was measured tells.
+  // The cheapest run that keeps this error, as far as the measurements tell.
   CostPrediction predict(double allowed) const;
-  // No run that keeps it can be cheaper, if the claimed order holds from the finest run on.
+  // A lower bound on the cost of a run that keeps it, if the claimed order holds from the finest
+  // run on.
   double least_cost(double allowed) const;
 
  private:

@@ -1,4 +1,4 @@
-// The order of convergence that methods really have on a system.
+// The observed order of convergence of methods on a system.
 #pragma once
 
 #include <optional>
@@ -33,14 +33,14 @@ struct OrderOptions {
   std::vector<MethodChoice> integrators = {};  // empty = all that fit
 };
 
-// About how long it takes, in s.
+// The expected duration, s.
 double expected(const Problem& problem, const OrderOptions& options);
 
 std::unique_ptr<OrderStudy> order(const Problem& problem, const OrderOptions& options,
                                   const Watch& watch);
 
-// Within 0.15 of the order it claims, 0.3 from order 6 on, 0.7 where a tolerance chooses the steps;
-// more is no fault.
+// True if it is at most 0.15 below the order it claims, 0.3 from order 6 on, 0.7 if a tolerance
+// chooses the steps; a higher order is no fault.
 bool keeps_order(const MethodOrder& method);
 
 }  // namespace sim::study

@@ -13,8 +13,8 @@ struct PerturbationGrowth {
   bool complete = true;
 };
 
-// 8 runs from positions disturbed at random, normally distributed, by 1e-8 of the scene's size;
-// with the reference's method at a step that is good to about 1e-6.
+// 8 runs from positions with normally distributed random perturbations of 1e-8 of the scene's size;
+// with the reference's method at a step that is accurate to about 1e-6.
 PerturbationGrowth growth(const Problem& problem, const Reference& reference, double time,
                           const Watch& watch);
 

@@ -9,7 +9,7 @@
 
 namespace sim::study {
 
-// Times at which things are shown, and the steps of a sweep begin with.
+// The number of intervals between displayed times, and the first step count of a sweep.
 inline constexpr int kIntervals = 20;
 
 struct Reference {
@@ -33,10 +33,9 @@ int reference_intervals(const Problem& problem, Simulation& system);
 double range_of(const Problem& problem, const Reference& reference);
 
 // The scene's own exact solution or the extrapolated midpoint rule, checked by a method of another
-// family refined until it no longer improves; what they differ by is the error. Where there is no
-// first of these, two families of integrators are compared. The points are as close as memory
-// allows, 60 2^k intervals. Throws Error{kUsage} when no method stays finite at any step that can
-// be waited for.
+// family refined until it no longer improves; their difference is the error. If neither exists, two
+// families of integrators are compared. The points are as close as memory allows, 60 2^k intervals.
+// Throws Error{kUsage} if no method stays finite at any affordable step.
 Reference reference(const Problem& problem, double time, const Watch& watch);
 
 }  // namespace sim::study

@@ -35,10 +35,10 @@ struct SweepLimits {
   int cost_of_step(const Candidate& method) const;
 };
 
-// Measured for a few milliseconds, at the present state.
+// The time of an evaluation, s, measured for a few milliseconds, at the present state.
 double seconds_an_evaluation(Simulation& system);
 
-// The reference of a sweep, and up to which time comparison is meaningful.
+// The reference of a sweep, and the time up to which comparison is meaningful.
 struct Yardstick {
   const Reference* reference = nullptr;
   double time = 0;  // s, of the whole run
@@ -50,18 +50,18 @@ struct Yardstick {
   bool figure = false;  // one number is compared, see Quantity
 
   Yardstick of(const Candidate& method) const;  // the same with its rounding
-  // Below it errors say nothing: 10 times the reference's own, or rounding; of a figure its own,
-  // and no error is then smaller.
+  // The floor below which errors are meaningless: 10 times the reference's own, or rounding; for a
+  // figure its own, and no error is then smaller.
   double floor() const;
 };
 
-// fitting_methods() for a study that chooses the tolerances itself: a method of the run is there
+// fitting_methods() for a study that chooses the tolerances itself: a method of the run is included
 // without its own. Throws Error{kUsage} for a choice with one.
 std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation& run,
                                         const std::vector<MethodChoice>& choices);
 
-// Asked in a run, which may take, with its repeats, eight times the limit: then the method has no
-// finer ones.
+// Polled in a run, which may take, with its repeats, eight times the limit: then the method has no
+// finer runs.
 class Patience {
  public:
   Patience(const SweepLimits& limits, const std::function<bool()>& go_on)
@@ -79,9 +79,9 @@ class Patience {
 // The number of repetitions that time a run of so many seconds: many short ones, few long ones.
 int repeats_after(double seconds, int wanted);
 
-// At `steps` steps in all (a multiple of kIntervals), or with a tolerance in steps of its own. Seen
-// at each step that is a point of the reference, or with a tolerance at all of these. Nothing when
-// told to end.
+// Measures `steps` steps in all (a multiple of kIntervals), or adaptive steps with a tolerance.
+// Sampled at each step that is a point of the reference, or with a tolerance at all of these. Empty
+// if told to end.
 std::optional<Point> measure(const Problem& problem, const Candidate& method, std::int64_t steps,
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on);
@@ -93,9 +93,9 @@ struct ObservedOrder {
   int points = 0;
 };
 
-// Points in the order of falling dt (or tolerance). Uses those above 10 times the floor and below
-// 1e-2 of the scene whose local orders differ by less than 0.3, three at least; nothing otherwise.
-// For adaptive methods h is the mean step, time / internal steps, and 1.5 is allowed.
+// Points in the order of decreasing dt (or tolerance). Uses those above 10 times the floor and
+// below 1e-2 of the scene whose local orders differ by less than 0.3, three at least; otherwise
+// empty. For adaptive methods h is the mean step, time / internal steps, and 1.5 is allowed.
 std::optional<ObservedOrder> observed_order(const std::vector<Point>& points,
                                             const Yardstick& yardstick);
 

@@ -1,5 +1,4 @@
-// A run as a study sees it: where the free coordinates are at equal intervals of time, and what it
-// took to get there.
+// A run as a study sees it: the free coordinates at equal intervals of time, and the cost.
 #pragma once
 
 #include <cmath>
@@ -17,8 +16,8 @@ struct Trajectory {
   double time = 0;         // s, of the whole
   std::int64_t steps = 0;  // taken
   Effort effort;           // evaluations are filled in for methods that do not count
-  // Largest |E + W - E0| over the energy in play; not a number in a first-order system, or where W
-  // is not known well enough to tell.
+  // Largest |E + W - E0| over the energy in play; not a number in a first-order system, or if W is
+  // not known well enough.
   double energy_error = std::nan("");
   std::optional<ConstraintDrift> drift;  // at the end, where there are constraints
   double seconds = 0;                    // of stepping alone
@@ -32,11 +31,11 @@ struct TrajectoryPlan {
   double tolerance = 0;                      // of methods that have one; 0 = their own
   bool energy = false;                       // watch it: not in runs that are timed
   std::function<void(Simulation&)> begin{};  // changes the start
-  // Shown what is compared at k time / intervals, from k = 0 on, as far as the run gets.
+  // Called with the compared numbers at k time / intervals, from k = 0 on, as far as the run gets.
   std::function<void(int k, const std::vector<double>&)> see{};
 };
 
-// Ends early, unfinished, when `watch` says so.
+// Ends early, unfinished, if `go_on` says so.
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
                           const TrajectoryPlan& plan, const std::function<bool()>& go_on);
 
@@ -48,7 +47,7 @@ std::vector<double> compared(const Problem& problem, Simulation& system);
 std::vector<double> coordinates(Simulation& system);
 
 // The free coordinates of a list of all coordinates, as SystemSpec::exact gives them. Throws
-// Error{kScene} when it has another length.
+// Error{kScene} if it has another length.
 std::vector<double> free_coordinates(Simulation& system, const std::vector<double>& all);
 
 struct Distance {

@@ -1,5 +1,5 @@
-// Work against precision: every fitting integrator over a range of steps, what is worth its cost,
-// and which to take.
+// Work-precision studies: every fitting integrator over a range of steps, the efficient points, and
+// a recommendation.
 #pragma once
 
 #include <memory>
@@ -39,7 +39,7 @@ struct WorkPrecision {
   Yardstick yardstick;  // refers to `reference`
   std::vector<Curve> curves;
   std::vector<Place> front;  // not beaten in both cost and error, by rising cost
-  // The most accurate point within the budget and well inside the limit of stability that costs no
+  // The most accurate point within the budget and well inside the stability limit that costs no
   // more than 5 % above the cheapest; and the cheapest one within the budget. Neither is refused.
   std::optional<Place> recommended, cheapest;
   std::vector<Place> refused;  // by whoever ran them, with all longer steps of these methods
@@ -56,7 +56,7 @@ struct WorkPrecision {
 
 bool on_front(const WorkPrecision& study, Place place);
 
-// False for a run that failed, or that is off by more than the scene is large.
+// False for a run that failed, or whose error is larger than the scene.
 bool stable(const Point& point, double size);
 
 struct WorkPrecisionOptions {
@@ -67,17 +67,18 @@ struct WorkPrecisionOptions {
   int repeats = 5;                             // of each run, for its wall time
 };
 
-// About how long it takes, in s.
+// The expected duration, s.
 double expected(const Problem& problem, const WorkPrecisionOptions& options);
 
 // The last output time at which the reference, and any run in double precision, is known as needed;
-// all of a run or nothing where a figure is compared.
+// all of a run or nothing if a figure is compared.
 int last_comparable(const WorkPrecision& study);
 
-// Does a disturbance end the comparison before its time, by its growth? Otherwise the reference.
+// True if the growth of a disturbance ends the comparison before its time; otherwise the reference
+// does.
 bool grows_too_far(const WorkPrecision& study);
 
-// Costs, front, recommended and cheapest points of the curves that are there.
+// Determines costs, front, recommended and cheapest points of the present curves.
 void choose(WorkPrecision& study);
 void recommend(WorkPrecision& study);  // the last two alone, after some were refused
 

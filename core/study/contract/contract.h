@@ -1,5 +1,5 @@
-// The contract of a plugin's interface, checked against what the plugin does: forces against
-// differences of their potential, methods against their order, all of them against their own bits.
+// The contract of a plugin's interface, checked against its behaviour: forces against differences
+// of their potential, methods against their order, all of them against their own bits.
 #pragma once
 
 #include <cstdint>
@@ -26,12 +26,12 @@ struct Contract {
   std::function<long()> allocations = {};  // of this process so far; empty if nobody counts them
 };
 
-// Adds the checks of one plugin, with its defaults and with examples of what it requires. Throws
-// nothing that the plugin throws: that is a check that failed.
+// Adds the checks of one plugin, with its defaults and with examples of required values. An
+// exception of the plugin is a failed check and is not passed on.
 void check_contract(Registry& registry, const PluginInfo& plugin, Contract& contract);
 
-// Values that satisfy every declaration: none where there is a default, examples where one is
-// required.
+// Values that satisfy every declaration: none for a parameter with a default, examples for a
+// required one.
 std::map<std::string, Value> example_values(const PluginInfo& plugin);
 
 }  // namespace sim::study

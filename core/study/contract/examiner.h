@@ -1,4 +1,4 @@
-// The tools that the checks of all kinds of plugins share.
+// Tools shared by the checks of all kinds of plugins.
 #pragma once
 
 #include <functional>
@@ -27,14 +27,14 @@ class Examiner {
     add(name, good ? Outcome::kOk : Outcome::kFailed, words);
   }
 
-  // Runs a group of checks; an exception of the plugin is a check that failed.
+  // Runs a group of checks; an exception of the plugin is a failed check.
   void group(const std::string& name, const std::function<void()>& checks);
 
   // Makes objects with every bound of every parameter, one at a time. `make` returns numbers that
   // must be finite; it may refuse with an Error.
   void bounds(const std::function<std::vector<double>(const Params&)>& make);
 
-  // `again` repeats what was done before, and therefore must not allocate.
+  // `again` repeats an earlier operation, and therefore must not allocate.
   void allocations(const std::string& again_of, const std::function<void()>& again);
 
   void hash(std::span<const double> numbers) { hash_.add(numbers); }
@@ -62,7 +62,7 @@ void check_integrator(Registry& registry, const IntegratorPlugin& plugin, Contra
 
 Params example_params(const PluginInfo& plugin);
 
-// The same bits.
+// True for the same bits.
 bool same(std::span<const double> a, std::span<const double> b);
 bool finite(std::span<const double> numbers);
 

@@ -15,15 +15,17 @@ class Disturbance {
   // A disturbance of the particles of a second-order system, at the state of `place`.
   Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method);
 
-  // Growth in one step of size h, beyond what the system grows by itself: of the largest size seen
-  // in the last quarter of some hundred steps over that in the second. Infinity when a step fails.
+  // Growth in one step of size h, beyond the growth of the system itself: the largest size seen in
+  // the last quarter of some hundred steps relative to that in the second. Infinity if a step
+  // fails.
   double operator()(double h);
 
-  // Growth below 1 + this is not told from none; of a method that keeps steps below a tenth.
+  // Growth below 1 + this counts as none; for a method of several steps a tenth of it.
   static constexpr double kTolerance = 1e-3;
   double tolerance() const { return keeps_steps_ ? 0.1 * kTolerance : kTolerance; }
 
-  // The method keeps more than a state from step to step, so that single steps say little of it.
+  // True if the method keeps more than a state from step to step, so that single steps say little
+  // of it.
   bool keeps_steps() const { return keeps_steps_; }
 
  private:
@@ -37,8 +39,8 @@ class Disturbance {
   bool keeps_steps_ = false;
 };
 
-// The limit that single steps in one plane show, lowered where a random disturbance grows below it.
-// Alone of methods that keep steps.
+// The limit by single steps in one plane, lowered if a random disturbance grows below it. For
+// methods of several steps the disturbance alone counts.
 double limit_by_disturbance(Disturbance& growth, double limit);
 
 }  // namespace sim::study

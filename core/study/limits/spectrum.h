@@ -29,8 +29,8 @@ struct Spectrum {
   double bound = 0;     // omega is not above it while no spring is below half its rest length;
                         // infinity where nothing bounds it, or in a first-order system
   int products = 0;     // of J with a vector
-  // All that were found, fastest first: in a system of particles of q'' = -S q with the damping of
-  // the fastest, and besides the eigenvalues of J, which differ where damping is uneven.
+  // All that were found, fastest first: in a system of particles those of q'' = -S q with the
+  // damping of the fastest, and besides the eigenvalues of J, which differ for uneven damping.
   std::vector<Vibration> vibrations, rates;
   VelocityDecay velocities;
   bool first_order = false;
@@ -43,17 +43,17 @@ struct Spectrum {
   std::vector<std::pair<std::string, double>> families;  // share of the elastic energy
 };
 
-// At the present state of the system. Arnoldi (1951), Quart. Appl. Math. 9, 17-29, with full
-// reorthogonalisation, at most `products` long: matrix-free, and exact for small systems. In a
-// system of particles it works on M^-1/2 K M^-1/2, where it is the method of Lanczos.
+// The spectrum at the present state of the system. Arnoldi (1951), Quart. Appl. Math. 9, 17-29,
+// with full reorthogonalisation, at most `products` long: matrix-free, and exact for small systems.
+// In a system of particles it works on M^-1/2 K M^-1/2, for which it is the Lanczos method.
 Spectrum spectrum(Simulation& system, int products = 80);
 
-// The fastest vibration alone, from few products of J with a vector (6 know omega to about 0.1 % on
-// a cloth; never above it).
+// The fastest vibration alone, from few products of J with a vector (6 determine omega to about 0.1
+// % on a cloth, and never overestimate it).
 Vibration fastest_vibration(Simulation& system, int products = 6);
 
 // The vibration that limits the steps of its integrator: the same, or the fastest mode of the part
-// of f that the method takes explicitly, where that is not all of it.
+// of f that the method takes explicitly, if that is not all of it.
 Vibration limiting_vibration(Simulation& system, int products = 6);
 
 // The displacement of each particle in the fastest mode, the largest as 1; for a flat state one
@@ -66,13 +66,12 @@ double omega_bound(Simulation& system);
 // The smallest damping rate c / m of a free particle, 1/s; 0 in a first-order system.
 double smallest_damping(Simulation& system);
 
-// 1/kg, 0 of a pinned particle; of a second-order system.
+// The inverse mass, 1/kg, 0 for a pinned particle; of a second-order system.
 double inverse_mass(Simulation& system, int particle);
 
 VelocityDecay velocity_decay(Simulation& system, int products = 6);
 
-// Share of the elastic energy of a small displacement (3 numbers a particle) that each family
-// takes.
+// The share of each family in the elastic energy of a small displacement (3 numbers a particle).
 std::vector<std::pair<std::string, double>> family_shares(const Simulation& system,
                                                           const std::vector<double>& displacement);
 

@@ -20,8 +20,8 @@ struct EnergyAtStep {
 
 struct MethodStability {
   Candidate method;
-  // s; 0 = no step is stable, infinity = none is unstable. Not predicted where the method does not
-  // know its own stability; not measured where it chooses its own steps.
+  // The stable step, s; 0 = no step is stable, infinity = none is unstable. Not predicted if the
+  // method does not know its own stability; not measured if it chooses its own steps.
   std::optional<double> predicted, measured;
   std::optional<double> radius;  // growth of the fastest mode in one step of the dt asked about
   std::vector<EnergyAtStep> energy;
@@ -41,19 +41,20 @@ struct Stability {
 struct StabilityOptions {
   double at = 0;                               // s: look at the state that the run has reached then
   std::vector<MethodChoice> integrators = {};  // empty = all that fit
-  // Told, once the vibrations are known, about how many s the rest takes, by the predicted limits.
+  // Called, once the vibrations are known, with the expected duration of the rest, s, by the
+  // predicted limits.
   std::function<void(double seconds)> announce = {};
 };
 
-// Throws Error{kUsage} when the system diverges before `at`.
+// Throws Error{kUsage} if the system diverges before `at`.
 Stability stability(const Problem& problem, const StabilityOptions& options, const Watch& watch);
 
-// It takes steps of its own, or chooses who does: then none that is asked for limits it.
+// True if it takes adaptive steps, or chooses a method that does: then no requested step limits it.
 inline bool has_own_steps(const Candidate& method) {
   return method.info.adaptive || method.chooses;
 }
 
-// The stable step of a method: the measured one, or else the predicted one; nothing when neither is
+// The stable step of a method: the measured one, or else the predicted one; empty if neither is
 // known.
 std::optional<double> step_limit(const MethodStability& method);
 

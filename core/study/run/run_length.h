@@ -15,10 +15,10 @@ struct RunLength {
   std::optional<std::int64_t> steps;
 };
 
-// The steps it takes. Throws Error{kUsage} for more than kMostSteps.
+// The number of steps. Throws Error{kUsage} for more than kMostSteps.
 std::int64_t steps_of(const RunLength& length, const Simulation& system);
 
-// A run ends at the time asked for, with a shorter last step where it has to.
+// Ends a run at the requested time, with a shorter last step if necessary.
 void shorten(const RunLength& length, Track& track);
 void shorten(double end, Track& track);  // s
 

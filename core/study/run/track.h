@@ -21,8 +21,8 @@ class Track {
   static constexpr std::int64_t kNever = INT64_MAX;  // a stride
 
   // Spec and system outlive it. 0 steps are legal; tables have a frame every `frame_stride` steps,
-  // reports a row every `row_stride`, both at the start and at the end too. Throws what the exact
-  // solution throws at t = 0. The registry is for the verdict, see Monitor.
+  // reports a row every `row_stride`, both at the start and at the end too. Throws the errors of
+  // the exact solution at t = 0. The registry is for the verdict, see Monitor.
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride, Registry* registry = nullptr);
   void set_start(double total) { start_ = {0, total}; }  // the drift counts from that, in J
@@ -42,7 +42,8 @@ class Track {
   bool began_anew() const;                   // for it, as the method keeps earlier ones
   bool finished() const { return system_->step_count() >= steps_; }
   bool has_exact() const { return static_cast<bool>(spec_->exact); }
-  // Is the present state due? Yes once a step, and for the `last` one of a run that stops early.
+  // True if the present state is due: once a step, and for the `last` one of a run that stops
+  // early.
   bool take_frame(bool last) { return take(last_frame_, frame_stride_, last); }
   bool take_row(bool last) { return take(last_row_, row_stride_, last); }
   void sample();             // looks at energy and error about 100 times a run, unevenly
@@ -50,7 +51,7 @@ class Track {
   bool energy_is_finite();   // second order only; false, for the verdict too, when it is not
   const Energy& energy();    // of the present state
   const Energy& start_energy() const { return start_; }
-  // Taken by drag since the start, J; not a number after forget_work().
+  // The energy taken by drag since the start, J; not a number after forget_work().
   double work() const { return work_known_ ? monitor_.work() : std::nan(""); }
   void forget_work() { work_known_ = false; }
   double drift() { return energy().total() + work() - start_.total(); }  // J
@@ -63,7 +64,8 @@ class Track {
   std::span<const ObserverSpec> observers() const { return spec_->observers; }
   std::span<const ObservedDeviation> parted() const { return parting_.observed; }  // of its shadow
   Deviation deviation() const { return study::deviation(*spec_, *system_); }
-  // Runs its shadow, from now on beside it or at the end, as far as `stop` lets it: StepDoubling.
+  // Runs the refined run, from now on beside it or at the end, as far as `stop` lets it:
+  // StepDoubling.
   bool verify_beside(const std::function<bool()>& stop, bool early = false);
   bool verifies_beside() const { return shadow_ && shadow_->is_beside(); }
   void verify(const std::function<bool()>& stop, ComparisonEffort effort = {});
@@ -105,7 +107,7 @@ class Track {
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;
 };
 
-// The verdict on all systems of a run: the worst one's, with the names where there are several.
+// The verdict on all systems of a run: the worst one's, with the names if there are several.
 Verdict overall_verdict(std::span<Track> tracks);
 
 }  // namespace sim::study

@@ -9,25 +9,25 @@
 
 namespace sim::study {
 
-// kQuick: wherever that costs little, see VerificationPlan; kAlways: to the end, whatever it costs.
+// kQuick: if it costs little, see VerificationPlan; kAlways: to the end, whatever it costs.
 enum class Verify { kNever = 0, kQuick = 1, kAlways = 2 };
 
-// Runs below a second are verified behind the run, to the end, and so are first-order ones, which
-// are small. Longer ones are verified beside it where a core is free, until the two are far apart;
-// elsewhere behind it, for no longer than this allows.
+// Runs below a second are verified after the run, to the end, and so are first-order ones, which
+// are small. Longer ones are verified beside the run if a core is free, until the two are far
+// apart; otherwise after it, for no longer than this allows.
 struct VerificationPlan {
   Verify wish = Verify::kQuick;
   double seconds = 1;  // of the clock
   double share = 0;    // of the time of the run; the longer of the two counts
 };
 
-// After `seconds` of a run that goes on: refined runs begin on cores that it leaves alone, as many
-// as there are. False: none began.
+// Called after `seconds` of a run that goes on: refined runs begin on idle cores, as many as there
+// are. False: none began.
 bool verify_beside(const VerificationPlan& plan, std::span<Track> tracks, Threads threads,
                    const std::function<bool()>& stop);
 
-// After a run of `seconds`. `told` hears how many seconds it may take more, and where the motion is
-// chaotic, before each system that takes more than a second.
+// Called after a run of `seconds`. `told` receives the seconds it may take more and, in chaotic
+// motion, is called before each system that takes more than a second.
 void verify(const VerificationPlan& plan, std::span<Track> tracks, double seconds,
             const std::function<bool()>& stop,
             const std::function<void(double usual, double chaotic)>& told = {});

@@ -1,4 +1,4 @@
-// The force behind a step that left the finite numbers.
+// The force responsible for a step that left the finite numbers.
 #pragma once
 
 #include <optional>
@@ -13,9 +13,8 @@ struct BadForce {
   int particle = 0;         // the first on which it is not finite
 };
 
-// Looks at the present state and a little later, where one explicit Euler step of up to h leads.
-// Nothing when every force is finite there, or where a coordinate is so large that one may
-// overflow.
+// Examines the present state and the end of one explicit Euler step of up to h. Empty if every
+// force is finite there, or if a coordinate is so large that one may overflow.
 std::optional<BadForce> find_bad_force(const SystemSpec& spec, Simulation& system);
 
 }  // namespace sim::study

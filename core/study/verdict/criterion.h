@@ -15,7 +15,7 @@ namespace sim::study {
 struct Finding {
   Trust trust = Trust::kTrusted;
   std::string words;
-  // Says less of the result than a run that was verified, which outweighs it.
+  // Weaker than a verification of the run, which outweighs it.
   bool presumed = false;
 };
 
@@ -23,14 +23,16 @@ class Criterion {
  public:
   virtual ~Criterion() = default;
 
-  // At the start, now and then, and at the end; the energy is that of the present state, null in a
-  // first-order system.
+  // Called at the start, at intervals, and at the end; the energy is that of the present state,
+  // null in a first-order system.
   virtual void look(const Energy* energy) = 0;
 
-  // After a hand held, pinned or switched something: what was prepared for the system is void.
+  // Called after a user has dragged, pinned or switched something: data prepared for the system is
+  // void.
   virtual void touched() {}
 
-  // At the last state: its figures, and its findings in the order in which people want them.
+  // Called at the last state: its figures, and its findings in the order in which they are
+  // reported.
   virtual void conclude(Figures& figures, std::vector<Finding>& findings) = 0;
 };
 
@@ -46,12 +48,13 @@ struct Watched {
 constexpr double kTolerance = 0.01;  // of the energy in play, of the exact solution, of the size
 constexpr double kAtRest = 1e-12;    // of the size: the coordinates move by roundings only
 
-// The same of a method: what steps by a loose tolerance, or single precision, make of roundings.
+// The threshold for a method: the effect of rounding on steps with a loose tolerance, or in single
+// precision.
 inline double at_rest(const IntegratorInfo& info) {
   return info.precision == Precision::kSingle ? 1e-6 : info.adaptive ? 1e-5 : kAtRest;
 }
 
-// Each is null where it does not apply.
+// Each is null if it does not apply.
 std::unique_ptr<Criterion> watch_exact(const Watched& run);
 std::unique_ptr<Criterion> watch_energy(const Watched& run);
 std::unique_ptr<Criterion> watch_limit(const Watched& run);
@@ -67,11 +70,11 @@ std::unique_ptr<Criterion> watch_constraints(const Watched& run);
 std::unique_ptr<Criterion> watch_forces(const Watched& run);
 std::unique_ptr<Criterion> watch_kernels(const Watched& run);
 
-// Spreads `times` looks over a run of so many steps.
+// Spreads `times` samples over a run of so many steps.
 class Spread {
  public:
   Spread(std::int64_t steps, int times) : steps_(steps), times_(times) {}
-  // True when the next look is due at `step`, which it then was taken at.
+  // True if the next sample is due at `step`; it then counts as taken there.
   bool take(std::int64_t step) {
     if (times_ == 0 || step <= 0 || (last_ >= 0 && step - last_ < steps_ / times_)) return false;
     last_ = step;

@@ -13,7 +13,7 @@
 
 namespace sim::study {
 
-// A run that was really made, with the verdict on it.
+// A run that was really made, with its verdict.
 struct Remedy {
   std::string integrator;  // empty: the same
   double dt = 0;           // s
@@ -27,7 +27,7 @@ struct PostMortem {
   double dt = 0, limit_share = 0;  // dt as a share of the largest stable step at the start
   std::int64_t step = 0;           // the last one with a state that could be looked at
 
-  // The spring that left its range first, at the end of `since`; nothing without springs that do.
+  // The spring that left its range first, at the end of `since`; empty if none did.
   std::optional<StrainedSpring> spring;
   std::string family;
   std::int64_t since = 0;
@@ -39,18 +39,17 @@ struct PostMortem {
   std::optional<Remedy> smaller, other;  // a smaller step; another integrator with the same step
   bool complete = true;                  // false when told to end, or when it took too long
 
-  // True for a result that a user may take: verified, and right for a while where the motion is
-  // chaotic.
+  // True for a result that a user may use: verified, and in chaotic motion right for a while.
   static bool works(const Verdict& verdict) { return verdict.trust <= Trust::kChaotic; }
 };
 
-// Runs the problem again from its start, `steps` steps at most, until it goes wrong again; then
-// tries remedies over `time` s. At the step and with the integrator of the problem's options. It
-// takes about `seconds`, wherever it is then, and is not complete where that was too short.
+// Repeats the problem from its start, `steps` steps at most, until it fails again; then tries
+// remedies over `time` s. At the step and with the integrator of the problem's options. It takes
+// about `seconds`, wherever it is then, and is not complete if that was too short.
 PostMortem post_mortem(const Problem& problem, std::int64_t steps, double time, double seconds,
                        const Watch& watch);
 
-// A whole run with its shadow and the verdict on it, as sim gives it; nothing when told to end.
+// A whole run with its refined run and verdict, as sim gives it; empty if told to end.
 std::optional<Remedy> try_run(const Problem& problem, double dt, double time, const Watch& watch);
 
 }  // namespace sim::study

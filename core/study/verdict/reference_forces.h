@@ -1,5 +1,5 @@
 // Springs, gravity and drag in scalar code, from the scene's own list: an independent evaluation of
-// what the kernels of a run compute.
+// the forces that the kernels of a run compute.
 #pragma once
 
 #include <string>
@@ -11,14 +11,14 @@
 namespace sim::study {
 
 // All particles of a small system are evaluated, and the first, the last and blocks in between of a
-// large one: vectors that are not full, tiles and parts of threads end there.
+// large one: partial vectors, tiles and parts of threads end there.
 class ReferenceForces {
  public:
-  // At the state of the view, at which all springs are evaluated once. `off`: switches, sorted.
+  // Evaluates all springs once at the state of the view. `off`: switches, sorted.
   ReferenceForces(const SystemSpec& spec, const ParticleSystem& particles, const ParticleView& view,
                   const std::vector<std::string>& off);
 
-  // False where springs are not listed as pairs with a stiffness, or a force is off: then nothing
+  // False if springs are not listed as pairs with a stiffness, or a force is off: then nothing
   // below is known.
   bool known() const { return known_; }
 
@@ -28,7 +28,8 @@ class ReferenceForces {
   };
   const std::vector<int>& ids() const { return ids_; }
   std::vector<Sum> forces(const ParticleView& view) const;  // on each of the ids
-  // Families of springs at the k-th id, or "": those along which a force is off, if there are any.
+  // Families of springs at the k-th id, or "": those along which a force is wrong, if there are
+  // any.
   std::string springs_of(std::size_t k, const ParticleView& view, const Vec3& off) const;
 
   // Potential energy of a force at that state: of weights, in a small system of springs.

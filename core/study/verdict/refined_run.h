@@ -1,4 +1,4 @@
-// A finer run of a system from a state of its run on, seen at the moments at which the run was.
+// A refined run of a system from a state of its run on, sampled at the times of the run's samples.
 #pragma once
 
 #include <cmath>
@@ -46,14 +46,15 @@ class RefinedRun {
     }
   };
 
-  // Refines a run with these settings, which was at X = x then. Spec and registry outlive it.
+  // Refines a run with these settings that is at X = x. Spec and registry outlive it.
   RefinedRun(const SystemSpec& spec, Registry& registry, const Settings& own, const Moment& begin,
              std::span<const double> x, Plan plan);
 
   Simulation& system() { return system_; }
   const Plan& plan() const { return plan_; }
 
-  // To where the run was next. False when a step fails or `stop` says so; it may go on then.
+  // Advances to the next sample of the run. False if a step fails or `stop` says so; it may
+  // continue then.
   bool follow(const Moment& to, const std::function<bool()>& stop);
   const std::vector<Sight>& path() const { return path_; }  // at each moment it followed to
   std::vector<double> figures() const;

@@ -1,4 +1,4 @@
-// A shadow that follows its run on a thread of its own.
+// A refined run that follows its run on a thread of its own.
 #pragma once
 
 #include <condition_variable>
@@ -20,16 +20,16 @@ class RefinedRunThread {
   using Enough = std::function<bool(std::span<const double> run, const Sight& shadow)>;
 
   // No other thread uses the system of the refined run meanwhile. `stop` ends it, from any thread,
-  // and so does `enough`, on the thread. Where the system gives no thread, the shadow stays at its
-  // start.
+  // and so does `enough`, on the thread. If the system provides no thread, the refined run stays at
+  // its start.
   RefinedRunThread(RefinedRun shadow, std::function<bool()> stop, Enough enough);
   ~RefinedRunThread();
 
-  // The run is there, at these positions, which stay.
+  // The run has reached this moment, at these positions, which stay.
   void look(const Moment& moment, std::span<const double> x);
 
-  // Ends the thread at the next moment: the shadow, which goes on from there. Not after a failure,
-  // of memory say: then nothing.
+  // Ends the thread at the next moment: returns the refined run, which continues from there. Empty
+  // after a failure, such as one of memory.
   std::optional<RefinedRun> take();
 
  private:

@@ -11,13 +11,13 @@ namespace sim::study {
 
 struct Finding;
 
-// A quantity that the scene observes: how far it differs in the shadow, and in neighbours.
+// The deviation of a quantity that the scene observes, in the refined run and in neighbours.
 struct ObservedDeviation {
   double at_end = 0, most = 0;       // at the last state; largest of the run
   double neighbours = std::nan("");  // at the last state, the largest; where they were asked
 };
 
-// A figure of the whole run, in the shadow and in neighbours.
+// A figure of the whole run, in the refined run and in neighbours.
 struct OtherFigures {
   double shadow = 0;
   std::vector<double> neighbours{};
@@ -55,7 +55,7 @@ struct RunDeviation {
   bool chaotic() const { return growth > kChaos; }
 };
 
-// The finding of a parting; empty words where there was no shadow.
+// The finding on a deviation; empty words if there was no refined run.
 Finding finding_of(const RunDeviation& deviation, const Simulation& run);
 
 }  // namespace sim::study

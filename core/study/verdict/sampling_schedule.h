@@ -7,14 +7,14 @@
 
 namespace sim::study {
 
-// Looks at equal intervals would see a vibration that fits them as if it stood still. The k-th look
-// is moved on by the fractional part of k times the golden section, of an interval (Weyl 1916).
+// Samples at equal intervals would miss a vibration of the same period. The k-th sample is shifted
+// by the fractional part of k times the golden section, of an interval (Weyl 1916).
 class SamplingSchedule {
  public:
   // From step `first` to step `last`.
   SamplingSchedule(std::int64_t first, std::int64_t last) : first_(first), last_(last) {}
 
-  // The step of the next look; the last step is one.
+  // The step of the next sample; the last step is one.
   std::int64_t next() const {
     constexpr double kGolden = 0.6180339887498949;
     const auto k = static_cast<double>(taken_);
@@ -23,7 +23,7 @@ class SamplingSchedule {
     return std::min(last_, first_ + static_cast<std::int64_t>(interval * (k + shift)));
   }
 
-  // True when a look is due at `step`, which it then was taken at.
+  // True if a sample is due at `step`; it then counts as taken there.
   bool take(std::int64_t step) {
     if (step != last_ && step < next()) return false;
     while (step < last_ && next() <= step) ++taken_;

@@ -1,5 +1,5 @@
-// The same run once more with half the step, or a tenth of the tolerance: how far the two part is
-// how wrong the run is, for a method of order p up to a factor near 1.
+// Step doubling: the same run again with half the step, or a tenth of the tolerance; for a method
+// of order p their difference is the error of the run up to a factor near 1.
 #pragma once
 
 #include <cmath>
@@ -16,34 +16,34 @@
 namespace sim::study {
 
 struct ComparisonEffort {
-  // More neighbours, for what is observed and judged, where the motion is chaotic.
+  // More neighbours, for observables and figures, if the motion is chaotic.
   bool spread = false;
-  // Ends where the two are so far apart that the run is in doubt whatever comes.
+  // Ends once the two are so far apart that the run is in doubt whatever follows.
   bool early = false;
 };
 
-// Keeps states of a run while it goes on, to compare them with a shadow afterwards.
+// Stores states of a run while it goes on, to compare them with a refined run afterwards.
 class StepDoubling {
  public:
-  // At the first state of a run of `steps` steps more; everything given outlives it.
+  // Begins at the first state of a run of `steps` more steps; all arguments outlive it.
   StepDoubling(const SystemSpec& spec, Simulation& run, std::int64_t steps, Registry& registry);
 
-  // These figures are wanted of the whole shadow, from all its steps.
+  // Requests these figures of the whole refined run, from all its steps.
   void judge(std::span<const Quantity> figures) { asked_.assign(figures.begin(), figures.end()); }
 
-  // At the present state, now and then; `energy` in a second-order system only, `observed` what the
-  // scene's observers say.
+  // Samples the present state, at intervals; `energy` in a second-order system only, `observed` the
+  // values of the scene's observers.
   void look(const Energy* energy, std::span<const double> observed = {});
 
-  // From now on the shadow follows the run on a thread of its own, in a system of particles that
-  // calls no Lua and of which no figures are judged; false elsewhere. The result is the same.
+  // From now on the refined run follows the run on a thread of its own, in a system of particles
+  // that calls no Lua and without figures; false otherwise. The result is the same.
   bool follow_beside(const std::function<bool()>& stop, bool early = false);
   bool is_beside() const { return beside_ != nullptr; }
 
-  // Runs the shadow over the states seen, or what is left of them, and where the two part a
-  // neighbour of the run as well. Costs two to four times the run; where the motion is chaotic and
-  // its spread is wanted, ten times. `stop` ends it: then the outcome is kStopped, and the result
-  // is that of the states compared until then.
+  // Makes the refined run over the sampled states, or what is left of them, and a neighbour of the
+  // run as well if the two diverge. Costs two to four times the run; in chaotic motion with its
+  // spread, ten times. `stop` ends it: then the outcome is kStopped, and the result is that of the
+  // states compared until then.
   RunDeviation compare(const std::function<bool()>& stop, ComparisonEffort effort = {});
 
  private:
@@ -60,32 +60,33 @@ class StepDoubling {
   RefinedRun::Plan plan(double steps) const;
   RefinedRun make_refined_run(RefinedRun::Plan plan) const;
   RefinedRun take_shadow(const RefinedRun::Plan& plan);
-  // Over the frames it has not seen yet, of the first so many.
+  // Follows the frames not seen yet, of the first so many.
   bool follow(RefinedRun& shadow, std::size_t frames, const std::function<bool()>& stop) const;
-  // Likewise, and no further than where the two are far apart.
+  // Likewise, but only until the two are far apart.
   bool follow_until_far(RefinedRun& shadow, const std::function<bool()>& stop) const;
   struct Differences {
     double coarser = 0, finer = 0;  // the largest of a particle, m, or of a number
   };
   std::optional<Differences> coarser(const RefinedRun& shadow,
                                      const std::function<bool()>& stop) const;
-  // The error over the difference to the shadow, by the order that a coarser run shows.
+  // The ratio of the error to the difference from the refined run, by the order that a coarser run
+  // shows.
   double error_factor(const RefinedRun& shadow, const std::function<bool()>& stop) const;
-  // `factor`: this one.
+  // factor: error_factor().
   void compare_frame(const Frame& frame, double factor, const Sight& shadow,
                      RunDeviation& result) const;
   // The observed values at a frame, to which the system of the refined run is set back.
   std::vector<double> observe(RefinedRun& shadow, std::size_t frame) const;
   void compare_observed(RefinedRun& shadow, RunDeviation& result) const;
   void compare_broken(const RefinedRun& shadow, RunDeviation& result) const;
-  // From a first state 1e-7 of the size away, another one for each number.
+  // A run from a first state perturbed by 1e-7 of the size, differently for each number.
   RefinedRun neighbour(int which) const;
   void look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
                       RunDeviation& result) const;
   void ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const;
-  // Looks for forces that depend on time alone and acted between all steps.
+  // Searches for forces that depend on time alone and acted between all steps.
   void look_for_pulses(Simulation& shadow, RunDeviation& result) const;
-  // An error at that frame; returns the size of the scene there.
+  // Records an error at that frame; returns the size of the scene there.
   double take_error(double error, const Frame& frame, RunDeviation& result) const;
   std::optional<std::vector<double>> resolved(std::size_t frame, int steps) const;
   double size_at(const Frame& frame) const;  // of the scene, m

@@ -1,4 +1,4 @@
-// The spring that is stretched or pressed the most.
+// The most stretched or compressed spring.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ struct StrainedSpring {
   double strain = 0;   // length / rest - 1
 };
 
-// In the present state; not a number of a length that is not finite counts as the worst.
+// The worst spring at the present state; a length that is not finite counts as the worst.
 StrainedSpring worst_spring(Simulation& system);
 
 // The approach of a spring to length zero, where its force reverses at once: a spring that gets
@@ -28,7 +28,7 @@ struct Pinch {
 };
 Pinch nearest_pinch(Simulation& system, double ahead);
 
-// Its family, asked of the forces.
+// The family of a spring, according to the forces.
 std::string family_of(const Simulation& system, int a, int b);
 
 }  // namespace sim::study

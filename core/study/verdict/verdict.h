@@ -1,4 +1,4 @@
-// The judgement at the end of a run: what was watched on the way, and what it says in numbers.
+// The verdict at the end of a run: the observations during the run, and their figures.
 #pragma once
 
 #include <cmath>
@@ -18,14 +18,14 @@
 
 namespace sim::study {
 
-// kUnverified: all that was checked is as it should be, but not everything was, as the reason says.
-// kChaotic: neighbouring states part, so that positions are right up to some time only, with any
-// method; what else was checked is as it should be.
+// kUnverified: all that was checked is right, but not everything was checked, for the given reason.
+// kChaotic: neighbouring states diverge, so that positions are right up to some time only, with any
+// method; all else that was checked is right.
 enum class Trust { kTrusted, kUnverified, kChaotic, kSuspect, kDiverged };
 
 const char* trust_name(Trust trust);  // "trusted", "unverified", "chaotic", ..
 
-// Not a number: not known.
+// Figures that are not a number are not known.
 struct Figures {
   double energy = std::nan("");      // largest |E + W - E(0)| and the uncertainty of W, which drag
                                      // has taken, over the energy in play
@@ -48,7 +48,7 @@ struct Verdict {
 };
 
 // Largest difference to the exact solution over the numbers of the present state, and its size; not
-// a number when the solution has another length. The system has one.
+// a number if the solution has another length. The system has one.
 struct Deviation {
   double error = 0, size = 0;  // in the units of the state
 };
@@ -57,26 +57,26 @@ Deviation deviation(const SystemSpec& spec, const Simulation& system);
 class Criterion;
 
 // Watches one system. A run is suspect because of:
-// - its shadow, a run with half the step: where the two part by more than 2 % of the scene's size;
+// - its refined run, with half the step: if the two differ by more than 2 % of the scene's size;
 // - energy: E + W off by more than 1 % of the energy in play;
 // - the step: beyond the largest stable one, so that the fastest mode grows; without drag already
 //   beyond 80 % of it;
-// - a step that doubling shows to be off by more than 1 % of the scene's size;
-// - momentum that changes where nothing holds or drags; a conservative force that is not -dU/dx;
-// - forces, energies or contact of a kernel that scalar code evaluates otherwise;
+// - a step whose error by doubling is more than 1 % of the scene's size;
+// - momentum that changes although nothing holds or drags; a conservative force that is not -dU/dx;
+// - forces, energies or contact of a kernel that differ from those of scalar code;
 // - an exact solution that is missed by more than 1 % of its size.
-// It has diverged, although its numbers are finite, when the energy rose a million times above all
-// that there was at the start.
+// It has diverged, although its numbers are finite, if the energy rose to a million times all that
+// there was at the start.
 class Monitor {
  public:
-  // Spec and system outlive it. `steps` the run is to take; the registry, if given, is asked for
-  // another integrator of the same kind, for the doubled steps.
+  // Spec and system outlive it. `steps`: of the run; the registry, if given, provides another
+  // integrator of the same kind, for the doubled steps.
   Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps, Registry* registry);
   ~Monitor();
   Monitor(Monitor&&) noexcept;
   Monitor& operator=(Monitor&&) noexcept;
 
-  // After steps, at most due() of them.
+  // Called after steps, at most due() of them.
   void advance(std::int64_t steps = 1) {
     if (balance_) balance_->advance(steps);
   }
@@ -88,15 +88,15 @@ class Monitor {
   }
   bool recall_work(std::span<const double> memory) { return balance_ && balance_->recall(memory); }
   double work() const { return balance_ ? balance_->taken() : 0; }  // by drag so far, J
-  // After a hand changed the energy by so much, in J; see EnergyBalance.
+  // Called after a user changed the energy by so much, in J; see EnergyBalance.
   void touched(double energy);
-  // At the present state, now and then; `energy` in a second-order system only.
+  // Samples the present state, at intervals; `energy` in a second-order system only.
   void look(const Energy* energy);
 
   bool exploded() const;                 // as far as the samples show: far above the start
   bool sound() const { return sound_; }  // not, and energy mostly kept, at the last look
-  // The verdict on the run up to the present state, which is sampled if the last sample was not at
-  // it; `deviation` from its refined run, where it had one.
+  // The verdict on the run up to the present state, which is sampled if the last sample was
+  // earlier; `deviation` from its refined run, if it had one.
   Verdict verdict(const RunDeviation& deviation = {});
 
  private:
