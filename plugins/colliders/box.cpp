@@ -7,7 +7,7 @@ namespace {
 
 using sim::Vec3;
 
-// The three edges of a box that is turned by |turn| rad about `turn`.
+// The three edges of a box that is rotated by |turn| rad about `turn`.
 std::array<Vec3, 3> turned_axes(const Vec3& turn) {
   sim::Pose pose;
   if (const double angle = turn.norm(); angle > 0) {
@@ -76,7 +76,8 @@ class Box final : public sim::SdfCollider {
     return shape;
   }
 
-  // From the nearest point of the box; within, to the nearest side, the first of several.
+  // The distance from the nearest point of the box; inside, to the nearest side, the first of
+  // several.
   Distance distance(const Vec3& x) const override {
     Vec3 local, out{0, 0, 0};
     std::size_t nearest = 0;

@@ -1,4 +1,4 @@
-// A capsule: all that is near a straight line from a to b.
+// A capsule: all points near a straight line from a to b.
 #include "core/plugin/plugin.h"
 #include "core/plugin/sdf_collider.h"
 
@@ -19,7 +19,8 @@ class Capsule final : public sim::SdfCollider {
   }
 
  private:
-  // From the nearest point of the line; on the line itself outward along one normal of it.
+  // The distance from the nearest point of the line; on the line itself outward along one of its
+  // normals.
   Distance distance(const sim::Vec3& x) const override {
     const sim::Vec3 d = x - std::clamp(axis_.dot(x), -length_, length_) * axis_;
     const double gap = d.norm();

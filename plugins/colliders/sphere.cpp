@@ -29,7 +29,7 @@ class Sphere final : public sim::SdfCollider {
     return shape;
   }
 
-  // From the point of the box that is nearest to the center.
+  // The distance from the point of the box that is nearest to the center.
   double least(const sim::Vec3& middle, const sim::Vec3& half) const override {
     sim::Vec3 nearest;
     for (int axis = 0; axis < 3; ++axis)

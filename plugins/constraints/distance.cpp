@@ -12,7 +12,7 @@ class Distance final : public sim::Constraint {
   Distance(const sim::Params& params, const sim::Elements& ties)
       : length_of_(ties, params, "length"), ties_(ties) {}
 
-  // A rod is as long as it says, as its step in a grid, or as it is at the start.
+  // The length of a rod is the given one, its step in a grid, or its distance at the start.
   void bind(const sim::ParticleView& start) override {
     ties_.for_each([&](const sim::Element& tie) {
       const int a = tie.ids[0], b = tie.ids[1];

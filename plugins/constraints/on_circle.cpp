@@ -1,4 +1,4 @@
-// Beads on a hoop, which may move and turn.
+// Beads on a hoop, which may move and rotate.
 #include <vector>
 
 #include "core/particles/constraints/driven.h"

@@ -41,7 +41,7 @@ class OnCurve final : public sim::Constraint {
 
   sim::RowPattern pattern() const override { return sim::RowPattern::of_each(ids_, 2); }
 
-  // The nearest place s of the wire has (x - r).r_s = 0. With two normals n of the wire there
+  // The nearest point of the wire, at parameter s, has (x - r).r_s = 0. With two normals n there
   //   n.(x - r(s, t)) = 0,  n.x'' = n.(r_ss s'^2 + 2 r_st s' + r_tt)
   void evaluate(const sim::ParticleView& p, const sim::Rows& rows) const override {
     for (std::size_t k = 0; k < ids_.size(); ++k) {
@@ -100,7 +100,7 @@ class OnCurve final : public sim::Constraint {
     bool kink = false;
   };
 
-  // Differences of eighth order; those of fourth order are not far from them where it is smooth.
+  // Differences of eighth order; for a smooth wire those of fourth order nearly agree.
   Piece piece(double s, double t) const {
     sim::Vec3 pairs[5], sums[5];
     Piece r{s, curve_->at(s, t), {}, {}, false};
@@ -123,7 +123,7 @@ class OnCurve final : public sim::Constraint {
     return r;
   }
 
-  // Newton's method from a place nearby; a step goes no further than its first-order one.
+  // Newton's method from a nearby parameter; a step goes no further than its first-order estimate.
   Piece near(const sim::Vec3& x, double s, double t) const {
     constexpr int kMost = 40;
     Piece r = piece(s, t);

@@ -1,4 +1,4 @@
-// Particles that keep their places to each other, as one rigid piece.
+// Welded particles, which keep their relative positions as one rigid piece.
 #include <algorithm>
 #include <vector>
 
@@ -7,10 +7,11 @@
 
 namespace {
 
-// Three particles a, b, c keep their distances, and all others their place in the frame of these,
+// Three particles a, b, c keep their distances, and all others their position in the frame of
+// these,
 //   p = a + alpha u + beta w + gamma u x w,  u = b - a, w = c - a,
-// three equations each, which do not depend on each other whatever the form of the piece. Particles
-// on one line need two to begin with, p = a + alpha u.
+// three equations each, which are independent whatever the form of the piece. Particles on one line
+// need two reference particles, p = a + alpha u.
 class Weld final : public sim::Constraint {
  public:
   explicit Weld(const sim::Elements& on) : ids_(on.ids) {
@@ -25,7 +26,7 @@ class Weld final : public sim::Constraint {
       return *std::max_element(ids_.begin(), ids_.end(),
                                [&](int i, int j) { return measure(i) < measure(j); });
     };
-    // The frame: far apart, so that it is exact.
+    // The frame spans particles far apart, for accuracy.
     a_ = farthest([&](int i) { return (at(i) - at(ids_.front())).squaredNorm(); });
     b_ = farthest([&](int i) { return (at(i) - at(a_)).squaredNorm(); });
     const sim::Vec3 u = at(b_) - at(a_);

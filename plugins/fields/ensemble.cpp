@@ -24,7 +24,7 @@ bool same_operations(const Code& a, const Code& b) {
          std::ranges::equal(a.instructions, b.instructions, same);
 }
 
-// Lanes that are left over repeat the first one.
+// Unused lanes repeat the first one.
 Ensemble::Ensemble(std::vector<Lane> lanes, double h)
     : lanes_(std::move(lanes)),
       size_(lanes_.front().start.size()),
@@ -65,7 +65,7 @@ bool Ensemble::prepare(const ExplicitPlan& plan) {
   return true;
 }
 
-// Formulas that read t are told the time of each step.
+// Formulas that read t get the time of each step.
 void Ensemble::add_leg(double t, double h, const ExplicitPlan& plan) {
   program_->set_step(h);
   const auto fill = [&](std::size_t slot, double value) {

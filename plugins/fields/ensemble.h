@@ -15,11 +15,10 @@ namespace sim {
 // True if two lists of instructions differ in constants alone.
 bool same_operations(const Code& a, const Code& b);
 
-// The runs ask for their steps one after the other, each for all of its own. The first that comes
-// to a leg of so many steps has it made for all, and its end is kept for the others: each lane has
-// the bits of a run by itself, since a lane of a vector knows nothing of its neighbours.
-// A run makes the steps between the ends of legs by itself, and all that follow once its state was
-// changed.
+// The runs request their steps one after the other, each for all of its own. The first that reaches
+// a batch of so many steps has it made for all, and its end is stored for the others: each lane has
+// the bits of a run by itself, since lanes of a vector are independent. A run makes the steps
+// inside a batch by itself, and all that follow once its state was changed.
 class Ensemble {
  public:
   // Each outlives the ensemble. All have the same operations.
@@ -29,9 +28,9 @@ class Ensemble {
   };
   Ensemble(std::vector<Lane> lanes, double h);
 
-  // The steps that were made, up to `count` of size h from x at t; x_next is the state behind them.
-  // The run makes the others and tells how many there were in all and where it is then. Nothing
-  // where the run is not on its way from its start in steps of the size of all.
+  // The steps made so far, up to `count` of size h from x at t; x_next is the state after them. The
+  // run makes the others and reports their total number and its position then. Empty if the run has
+  // left its way from its start in steps of the size of all.
   std::optional<int> advance(std::size_t lane, const ExplicitPlan& plan, double t, double h,
                              int count, const double* x, double* x_next);
   void arrive(std::size_t lane, int steps, const double* x);
@@ -39,7 +38,7 @@ class Ensemble {
  private:
   static constexpr std::size_t kMostNumbers = std::size_t{1} << 23;  // that are kept, 64 MB
 
-  // The end of a leg: the numbers of all lanes, slot by slot.
+  // The end of a batch: the numbers of all lanes, slot by slot.
   struct Leg {
     double t;  // of its start
     std::vector<double> to;
@@ -66,8 +65,8 @@ class Ensemble {
   double h_;
   std::vector<double> start_;  // of all lanes
   std::vector<Leg> legs_;
-  // Each lane is at a position; the one before its last steps is kept for runs that look at the
-  // error of a step and take it again.
+  // Each lane is at a position; the one before its last steps is kept for runs that estimate the
+  // error of a step and repeat it.
   std::vector<Position> positions_, before_;
 };
 

@@ -1,4 +1,4 @@
-// First-order systems as formulas: one a name, in one cell or in the cells of a lattice.
+// First-order systems given as formulas: one a name, in one cell or in the cells of a lattice.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -69,7 +69,7 @@ std::vector<std::string> names_of(const sim::Params& params) {
   return names;
 }
 
-// In each direction; one number, 1, for a single cell.
+// The number of cells in each direction; one number, 1, for a single cell.
 std::vector<int> cells_of(const sim::Params& params) {
   constexpr double kMost = 1e8;
   std::vector<int> cells;
@@ -203,7 +203,7 @@ class FormulaField final : public sim::PairField {
       return;
     }
     std::ranges::fill(values, 0.0);
-    // Cells come in the order of their places.
+    // The entries are ordered by the places of their cells.
     const std::size_t many = entries_.size();
     std::size_t cell = 0;
     for_blocks(jacobian_run_, t, x, [&](std::ptrdiff_t begin, int count) {
@@ -249,7 +249,7 @@ class FormulaField final : public sim::PairField {
   }
 
  private:
-  // Formulas of a single cell: numbers, no vectors.
+  // Formulas of a single cell, evaluated on numbers instead of vectors.
   class Straight {
    public:
     Straight() = default;

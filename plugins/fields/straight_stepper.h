@@ -30,18 +30,18 @@ class StageProgram {
   int k(int stage) const { return k_ + stage * size_; }
   bool is_result(int slot) const { return slot >= next_ && slot < times_; }  // x_next or a slope
 
-  // y := x + h sum_j weights_j k_j. Returns the first slot of the sum, x where nothing is added.
+  // y := x + h sum_j weights_j k_j. Returns the first slot of the sum, x if nothing is added.
   int add_sum(std::span<const double> weights, int y);
-  // k_stage := f(t_stage, the numbers from that slot on).
+  // k_stage := f(t_stage, the numbers from slot `point` on).
   void add_slope(int stage, int point);
   void add_stage(std::span<const double> weights, int stage) {
     add_slope(stage, add_sum(weights, y_));
   }
   void add_copy(int from, int to);
 
-  // Takes all that was added since the last call, as a list
+  // Takes all instructions added since the last call, as a list
   std::vector<Instruction> take() { return std::exchange(instructions_, {}); }
-  // or as code, behind which these slots are read.
+  // or as code, after which these slots are read.
   StraightCode take(const std::function<bool(int slot)>& live) {
     return StraightCode(take(), live);
   }
@@ -72,7 +72,7 @@ void add_step(StageProgram& program, const ExplicitPlan& plan);
 
 class Ensemble;
 
-// A lane of an ensemble; null: of none.
+// A lane of an ensemble; null: no lane.
 struct EnsembleLane {
   std::shared_ptr<Ensemble> ensemble;
   std::size_t lane = 0;
@@ -81,7 +81,7 @@ struct EnsembleLane {
 // Steps of equal size.
 class StraightStepper final : public Stepper {
  public:
-  // `beside`: where the field says in which ensemble it runs, if it does.
+  // `beside`: the lane that the field assigns, if it runs in an ensemble.
   StraightStepper(const Code& code, const ExplicitPlan& plan, const EnsembleLane& beside);
 
   static bool fits(const Code& code, const ExplicitPlan& plan);

@@ -18,9 +18,9 @@
 
 namespace {
 
-// A triangle and the three corners across its edges; where there is none the first corner of the
-// triangle with coefficients 0. Its energy is k/2 sum over m of |sum over i of coef[m][i] x_i|^2,
-// with m the components L_uu, L_vv and sqrt(2) L_uv in its plane.
+// A triangle and the three corners across its edges; a missing one is replaced by the first corner
+// of the triangle with coefficients 0. Its energy is k/2 sum over m of |sum over i of coef[m][i]
+// x_i|^2, with m the components L_uu, L_vv and sqrt(2) L_uv in its plane.
 struct Patch {
   std::array<int, 6> ids;
   std::array<std::array<double, 6>, 3> coef{};
@@ -146,7 +146,7 @@ class Bending final : public sim::Force {
     return true;
   }
 
-  // Patch by patch, for the sum over Q would be a small difference of large numbers.
+  // Summed patch by patch, for the sum over Q would be a small difference of large numbers.
   double potential(const sim::ParticleView& p, sim::Tile tile) const override {
     double sum = 0;
     for (int i = tile.begin; i < tile.end; ++i)
@@ -164,7 +164,7 @@ class Bending final : public sim::Force {
     double value;  // k Q_ij, N/m
   };
 
-  // Appends the row of particle i, from its places among the ids of all patches.
+  // Appends the row of particle i, from its positions among the ids of all patches.
   void add_row(int i, std::span<const int> places) {
     std::vector<Entry> row;
     for (const int place : places) {

@@ -1,5 +1,5 @@
-// Contact as a force: a solid that gives way, so that the motion stays an ordinary differential
-// equation, for any integrator.
+// Penalty contact: a compliant solid, so that the motion stays an ordinary differential equation,
+// for any integrator.
 #include "core/math/power.h"
 #include "core/plugin/plugin.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 using sim::Vec3;
 
-// d^p, in products and a square root where p is a multiple of 1/2.
+// d^p, by products and a square root if p is a multiple of 1/2.
 double power_of(double d, double p) {
   double result = 1;
   for (; p >= 1; p -= 1) result *= d;
@@ -48,7 +48,7 @@ class PenaltyContact final : public sim::Force {
       if (solid->sampled()) solid->prepare_interval(view.t, view.t);
   }
 
-  // Runs of particles that are surely outside are left out.
+  // Runs of particles that are surely outside are skipped.
   void accumulate(const sim::ParticleView& view, sim::Tile tile, sim::ForceSink f) const override {
     each(view, tile, [&](int i, const sim::SurfaceSample& sample) {
       const double depth = -sample.gap, elastic = power_of(depth, power_);
@@ -77,7 +77,7 @@ class PenaltyContact final : public sim::Force {
   }
 
  private:
-  // Calls act(i, touch) for every free particle of the tile that is inside.
+  // Calls act(i, sample) for every free particle of the tile that penetrates.
   template <class Act>
   void each(const sim::ParticleView& view, sim::Tile tile, const Act& act) const {
     constexpr int kRun = 32;
@@ -106,7 +106,7 @@ class PenaltyContact final : public sim::Force {
   double stiffness_, power_, damping_, friction_, slip_;
 };
 
-// For the example: y >= 0.
+// The collider of the example: y >= 0.
 class HalfSpace final : public sim::Collider {
  public:
   sim::ContactMaterial material() const override { return {}; }

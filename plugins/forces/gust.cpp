@@ -4,8 +4,8 @@
 
 namespace {
 
-// The velocity w of the air is a part of the state, three numbers. -c v is left to the system,
-// which folds it; c w is what is accumulated.
+// The velocity w of the air is a part of the state, three numbers. -c v is affine and left to the
+// system; c w is accumulated.
 class Gust final : public sim::Force {
  public:
   explicit Gust(const sim::Params& params)

@@ -7,7 +7,7 @@
 
 namespace {
 
-// Lua runs on one thread: all particles are asked before the tiles.
+// Lua runs on one thread: all particles are evaluated before the tiles.
 class LuaForce final : public sim::Force {
  public:
   explicit LuaForce(const sim::Params& params)

@@ -61,7 +61,7 @@ class Pressure final : public sim::Force {
   }
 
   // -p V with the volume V = sum of a.(b x c) / 6 of a closed surface. The force of an open one has
-  // no potential where its boundary moves.
+  // no potential if its boundary moves.
   double potential(const sim::ParticleView& p, sim::Tile tile) const override {
     if (!surface_->closed()) return 0;
     double volume = 0;

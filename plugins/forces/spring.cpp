@@ -10,7 +10,7 @@
 
 namespace {
 
-// A spring of a force whose springs may break, as it was made.
+// A spring of a force with breakable springs, as given at the start.
 struct Tie {
   int a, b;
   double k, rest, c;  // N/m, m, N s/m
@@ -50,7 +50,7 @@ class Spring final : public sim::Force, public sim::Breakable {
     ties_ = {};
   }
 
-  // Beside the springs: their damping.
+  // Only the damping of the springs is accumulated.
   bool accumulates() const override { return dashpots_.has_value(); }
   bool depends_on_velocity() const override { return dashpots_.has_value(); }
   void accumulate(const sim::ParticleView& view, sim::Tile tile,
@@ -91,7 +91,7 @@ class Spring final : public sim::Force, public sim::Breakable {
     return 0.5 * spring.k * stretch * stretch;
   }
 
-  // A spring breaks where it pulls, a strut where it pushes.
+  // A spring breaks in tension, a strut in compression.
   void find_overloaded(const sim::ParticleView& view, std::vector<int>& out) const override {
     const bool pushes = sense_ == sim::SpringSense::kCompression;
     for (std::size_t tie = 0; tie < breakable_.size(); ++tie) {
@@ -127,8 +127,8 @@ class Spring final : public sim::Force, public sim::Breakable {
 
   const Tie& at(int tie) const { return breakable_[static_cast<std::size_t>(tie)]; }
 
-  // The least of both limits: |d| = r (1 + break_strain), and |d| = r + break_force / k. Without a
-  // rest length there is no strain.
+  // The smaller of both limits: |d| = r (1 + break_strain), and |d| = r + break_force / k. Without
+  // a rest length there is no strain.
   void take_limits(const sim::ParticleView& initial) {
     const sim::ElementValues stiffness(ties_, params_, "stiffness"), rest(ties_, params_, "rest"),
         damping(ties_, params_, "damping"), strain(ties_, params_, "break_strain"),

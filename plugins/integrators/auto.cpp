@@ -1,5 +1,5 @@
-// Chooses a method and a step for the system it is given, from the fastest mode of its Jacobian and
-// the tolerance, and looks again as it goes.
+// Chooses a method and a step for a system, from the fastest mode of its Jacobian and the
+// tolerance, and checks the choice during the run.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -84,7 +84,7 @@ class Automatic final : public sim::Integrator {
       reason_ = "auto: " + name_ + ", steps of its own: explicit ones failed";
       return advance(system, t, h, most, x, x_next);
     }
-    // However many equal steps were taken at once, the next look comes at the same time.
+    // The next check comes at the same time, however many equal steps were taken at once.
     const bool equal = !method_->info().adaptive;
     if (choice_ == kStiff) watch_steps(h, method_->effort().steps - before.steps);
     spent_ += equal ? static_cast<double>(now.taken) * cost_of(h)
@@ -102,7 +102,7 @@ class Automatic final : public sim::Integrator {
     return memory;
   }
 
-  // Takes nothing that it cannot have said itself.
+  // Accepts only numbers that it can have written itself.
   void recall(std::span<const double> memory) override {
     constexpr std::size_t kOwn = 6;
     if (memory.size() < kOwn) return;
@@ -161,15 +161,15 @@ class Automatic final : public sim::Integrator {
     choice_ = choice;
   }
 
-  // Implicit steps that come down to where explicit ones are cheaper ask for another look.
+  // Implicit steps that shrink to where explicit ones are cheaper request another check.
   void watch_steps(double h, std::int64_t steps) {
     const bool shorter = steps > 1 && h / static_cast<double>(steps) * rate_ < kNotStiff;
     short_ = shorter ? short_ + static_cast<double>(steps) : 0;
     if (short_ >= kShortSteps) spent_ = kLook;
   }
 
-  // The error of a step against two of half its size, over what is allowed of it: tol + tol |x| in
-  // each number, as adaptive methods have it. Infinity where one of them fails; `fine_` is the end.
+  // The error of a step against two of half its size, relative to the tolerance: tol + tol |x| in
+  // each number, as in adaptive methods. Infinity if one of them fails; `fine_` is the end.
   double error_of(sim::OdeSystem& system, double t, double h, const double* x,
                   sim::StepStatus& status) {
     status = sim::StepStatus::kDone;
@@ -192,8 +192,8 @@ class Automatic final : public sim::Integrator {
     return std::isnan(most) ? HUGE_VAL : most;
   }
 
-  // Equal steps, of which the method may take more than were asked for: then as many as end where a
-  // state is wanted.
+  // Equal steps, of which the method may take more than requested: then as many as end at a
+  // requested state.
   sim::Advance equal_steps(sim::OdeSystem& system, double t, double h, std::int64_t most,
                            const double* x, double* x_next) {
     const double inner = step_of(h);

@@ -1,4 +1,4 @@
-// Implicit in stiff forces alone, explicit in the rest.
+// Implicit-explicit steps: implicit in stiff forces alone, explicit in the rest.
 #include "core/base/error.h"
 #include "core/ode/implicit/implicit.h"
 #include "core/ode/integrator.h"
@@ -7,7 +7,7 @@
 
 namespace {
 
-// Without its stages it is verlet.
+// Without implicit stages it is verlet.
 sim::ImplicitExplicitPlan plan_of(const sim::Params& params) {
   return {.soft = {.drift = {0, 1, 0}, .kick = {0.5, 0.5}, .order = 2},
           .stiff = {.tolerance = params.number("tol"), .order = 2, .reach = 2},
@@ -43,7 +43,7 @@ class Imex final : public sim::Integrator {
 
   void set_step_size(double h) override { step_ = h; }
 
-  // f is partitioned once, and again where the step of the run has grown or shrunk.
+  // f is partitioned once, and again if the step of the run has grown or shrunk.
   void restart(double t, double h, const double* x) override {
     if (step_ == 0) step_ = h;
     if (parted_ != step_) {
@@ -60,7 +60,7 @@ class Imex final : public sim::Integrator {
     return stepper_->advance(t, h, most, x, x_next);
   }
 
-  // The partition, and what the implicit midpoint rule has.
+  // The partition, and the memory of the implicit midpoint rule.
   std::vector<double> memory() const override {
     std::vector<double> numbers = stepper_->memory();
     if (!midpoint_) return numbers;
@@ -91,7 +91,7 @@ class Imex final : public sim::Integrator {
   }
 
  private:
-  // If all is stiff, steps are those of the implicit midpoint rule, to the bit.
+  // If all is stiff, the steps are those of the implicit midpoint rule, to the bit.
   void find_midpoint() {
     parted_ = step_;
     midpoint_.reset();

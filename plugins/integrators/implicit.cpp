@@ -1,4 +1,5 @@
-// Implicit methods: stable with any step on springs, at the price of equations in each step.
+// Implicit methods: stable with any step on springs, at the price of solving equations in each
+// step.
 #include "core/ode/implicit/implicit.h"
 #include "core/plugin/plugin.h"
 

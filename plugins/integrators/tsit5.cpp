@@ -4,10 +4,9 @@
 
 namespace {
 
-// Sections 3 and 4 of the paper, of which the decimals are all that is known. The fifth order
-// advances and the last stage is f(t + h, x_next). The dense output of fourth order is written
-// there as b_i(theta) of degree four; its leading coefficients are what it adds to the cubic of
-// Hermite.
+// Sections 3 and 4 of the paper, which gives only decimals. The fifth order advances and the last
+// stage is f(t + h, x_next). The dense output of fourth order is written there as b_i(theta) of
+// degree four; its leading coefficients are its difference from the cubic of Hermite.
 constexpr sim::EmbeddedPair<6, 0, 1> kTsit5{
     .method = {.a = {{{},
                       {0.161},

@@ -1,4 +1,4 @@
-// Coulomb's friction and Newton's restitution: the law of colliders and bodies that name none.
+// Coulomb's friction and Newton's restitution: the default law of colliders and bodies.
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"
 #include "core/plugin/surface_params.h"

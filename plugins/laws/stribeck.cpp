@@ -1,4 +1,4 @@
-// Friction that is larger at rest than in motion, as of bodies that stick and slip.
+// Friction that is larger at rest than in motion, which causes stick-slip.
 #include "core/math/exponential.h"
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"

@@ -1,4 +1,4 @@
-// Restitution of viscoelastic spheres: slow blows give back more than fast ones.
+// Restitution of viscoelastic spheres, which is larger for slow impacts than for fast ones.
 #include "core/math/power.h"
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"

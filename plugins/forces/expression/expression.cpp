@@ -1,4 +1,5 @@
-// Forces as formulas: of ties, of pairs, of each particle by itself, differentiated and compiled.
+// Forces given as formulas: of ties, of pairs, of each particle by itself, differentiated and
+// compiled.
 #include <algorithm>
 
 #include "core/expression/parse.h"
@@ -11,7 +12,7 @@ using sim::Formulas;
 using sim::Mat3;
 using sim::Program;
 
-// A force on each particle by itself: f = -dU/dx, or as it is written.
+// A force on each particle by itself: f = -dU/dx, or as given.
 class OfParticles final : public sim::Force {
  public:
   OfParticles(const sim::Params& params, Carried carried) {
@@ -138,7 +139,7 @@ bool reads_distance(const sim::Params& params, const Carried& carried) {
     if (params.free_numbers().contains("r")) return false;
     sim::parse(params.text("energy"), "", names, graph);
   } catch (const sim::Error&) {
-    // Whoever reads the formula says what is wrong: as a pair's if it came as far as r.
+    // An error is reported by the reader of the formula: as that of a pair if r was read by then.
   }
   return names.used.contains("r");
 }

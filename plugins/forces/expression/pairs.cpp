@@ -30,7 +30,7 @@ class OfPairs final : public sim::Force {
     law_.emplace(formulas, "a pair", kFormulas);
   }
 
-  // Finds out here whether the lists fit into memory.
+  // Checks here already that the neighbour lists fit into memory.
   void bind(const sim::ParticleView& initial) override {
     sim::ThreadPool alone(1);
     if (neighbours_) neighbours_->update(initial, alone);
@@ -79,7 +79,7 @@ class OfPairs final : public sim::Force {
   using Values = double[2][kBlock];
   enum Which { kAll, kUpwards };  // neighbours of a particle: those with a higher id
 
-  // Without lists of neighbours: whether a particle is elsewhere than at the last call.
+  // Without neighbour lists: true if a particle has moved since the last call.
   bool has_moved(const sim::ParticleView& view) {
     const auto n = static_cast<std::size_t>(view.n);
     const double* const now[] = {view.x, view.y, view.z};

@@ -28,7 +28,8 @@ inline void check_carried(const Carried& carried) {
     refuse("its particles carry more than 8 numbers each", "leave out those that it does not read");
 }
 
-// The variables of a pair of particles: what each of the two carries, as charge1 and charge2.
+// The variables of a pair of particles: the numbers carried by each of the two, as charge1 and
+// charge2.
 class OfBoth {
  public:
   static constexpr std::size_t kMost = 2 * (kMostCarried + 1);

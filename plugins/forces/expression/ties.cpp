@@ -15,7 +15,7 @@ namespace sim::expression {
 namespace {
 
 // A force along each tie, f_a = -U'(r) d/r with d = x_a - x_b, r = |d|. Each tie is evaluated once,
-// before the tiles; then every particle adds up what its ties give it.
+// before the tiles; then every particle sums the forces of its ties.
 class OfTies final : public sim::Force, public sim::Breakable {
  public:
   OfTies(const sim::Params& params, const sim::Elements& ties) {
@@ -162,7 +162,7 @@ class OfTies final : public sim::Force, public sim::Breakable {
 
   bool whole(int tie) const { return broken_.empty() || !broken_[static_cast<std::size_t>(tie)]; }
 
-  // The limits of each tie: strain for now, which bind() makes a length, and N.
+  // The limits of each tie: a strain, which bind() converts to a length, and a force, N.
   void take_limits(const sim::Params& params, const sim::Elements& ties) {
     const sim::ElementValues strain(ties, params, "break_strain"),
         force(ties, params, "break_force");

@@ -61,7 +61,7 @@ CellQuality FemForces::quality(const ParticleView& view) const {
     }
     strains.push_back(mean / volume);
   }
-  // The difference from the mean around a corner is the error of the mesh, about (Zienkiewicz & Zhu
+  // The difference from the mean around a corner estimates the error of the mesh (Zienkiewicz & Zhu
   // (1987), Int. J. Numer. Methods Eng. 24, 337-357).
   for (int cell = 0; cell < cell_count(); ++cell)
     for (int node = 0; node < 4; ++node) {

@@ -16,7 +16,7 @@ double contracted(const Mat3& a, const Mat3& b) {
   return sum;
 }
 
-// cof F by rows. It is quadratic: the polar form gives its slope.
+// The rows of cof F. It is quadratic: the polar form gives its derivative.
 Mat3 cofactors_of(const Mat3& F) {
   const Vec3 a = row_of(F, 0), b = row_of(F, 1), c = row_of(F, 2);
   return {b.cross(c), c.cross(a), a.cross(b)};

@@ -21,7 +21,7 @@ struct ConstitutiveLaw {
   double mu = 0, lambda = 0;  // Pa
 };
 
-// The law whose small strains are those of Hooke with Young's modulus, in Pa, and Poisson's ratio:
+// The law with the small strains of Hooke's law with Young's modulus, in Pa, and Poisson's ratio:
 // for neo_hookean 4/3 and lambda + 5/6 mu of Lame's constants (ibid., section 3.4).
 ConstitutiveLaw solid_law(ConstitutiveLaw::Model model, double young, double poisson);
 

@@ -13,7 +13,7 @@
 
 namespace sim {
 
-// Blocks of eight cells; the last is filled up with its last cell.
+// Blocks of eight cells; the last block is padded with its last cell.
 struct FemCells {
   int nodes = 4;
   const double* points = nullptr;     // x y z 0 of each particle

@@ -10,7 +10,7 @@
 namespace sim {
 namespace {
 
-// In distances of neighbours in the fluid:
+// In units of the distance of neighbours in the fluid:
 constexpr double kWidestEdge = 2;  // an edge of the mesh
 constexpr double kFelt = 0.84;     // how far outside of its particles a plane surface is felt
 constexpr double kBent = 0.18;     // how much less, over the radius of a body (3 volume/area)
@@ -129,7 +129,8 @@ bool BoundaryParticles::update(const ParticleView& view) {
   return true;
 }
 
-// visit(point, d, r^2) of those nearer than 2 h, in an order that places alone decide.
+// Calls visit(point, d, r^2) for those nearer than 2 h, in an order that depends on positions
+// alone.
 template <class Visit>
 void BoundaryParticles::each_near(const Vec3& x, const Visit& visit) const {
   const double reach = 2 * law_.smoothing, limit = reach * reach;

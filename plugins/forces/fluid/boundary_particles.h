@@ -13,17 +13,17 @@
 
 namespace sim {
 
-// They count in the densities of the fluid near them, by weights w_b that make one layer stand for
-// all of the solid behind it, and have no energy of their own (Akinci, Ihmsen, Akinci, Solenthaler
-// & Teschner (2012), ACM Trans. Graph. 31(4) 62, with densities by numbers):
+// Boundary particles count in the densities of the fluid near them, by weights w_b that make one
+// layer stand for all of the solid behind it, and have no energy of their own (Akinci, Ihmsen,
+// Akinci, Solenthaler & Teschner (2012), ACM Trans. Graph. 31(4) 62, with densities by numbers):
 //   n_i += scale sum_b w_b w(r_ib/h),    1 / w_b = scale sum_b' w(r_bb'/h) at the start
 //   f_i = 5 V scale/h^2 e'_i sum_b w_b (1 - q/2)^3 (x_i - x_b) = -dU/dx_i,   f_b the opposite
 // So momentum is exact and U is still all the energy. No friction. A lattice of the fluid at rest
-// ends 1.34 spacings before a plane layer of its own spacing (h = 1.5 of them): the surface that it
-// feels lies 0.84 spacings outside of the mesh, which keeps it from passing through. The points of
-// a body lie as far inside of it, so that the fluid feels the body itself, but for 0.18
-// spacings^2/R with R = 3 volume/area: a layer that bends away is felt less (fitted to boxes and
-// spheres that float). They are sums of its four particles by constant weights, which share the
+// ends 1.34 spacings before a plane layer of its own spacing (h = 1.5 of them): the effective
+// surface is 0.84 spacings outside of the mesh, which keeps the fluid from passing through. The
+// points of a body are as far inside of it, so that the effective surface is that of the body, but
+// for 0.18 spacings^2/R with R = 3 volume/area: a layer that bends away acts less (fitted to boxes
+// and spheres that float). They are sums of its four particles by constant weights, which share the
 // force on each by the same (JointNode).
 class BoundaryParticles {
  public:
@@ -31,18 +31,19 @@ class BoundaryParticles {
   void add(std::shared_ptr<const RigidBody> body) { bodies_.push_back(std::move(body)); }
   bool empty() const { return !surface_ && bodies_.empty(); }
 
-  // Throws Error{kScene} where the mesh is so wide that the fluid would pass through, or a body too
+  // Throws Error{kScene} if the mesh is so wide that the fluid would pass through, or a body too
   // thin for its points.
   void bind(const FluidLaw& law, const ParticleView& initial);
-  // The body that x is within, or -1.
+  // The body that contains x, or -1.
   int body_around(const Vec3& x, const ParticleView& view) const;
   bool has(int id) const { return !empty() && own_[static_cast<std::size_t>(id)]; }
 
-  // At each new view, on one thread; false where no particle of it has moved.
+  // Called at each new view, on one thread; false if none of its particles has moved.
   bool update(const ParticleView& view);
-  // The density that it adds to n of a particle of the fluid at x.
+  // The density that it adds to n of a fluid particle at x.
   double density(const Vec3& x) const;
-  // Forces on its particles: first none, then those of a particle of the fluid, whose own it gives.
+  // Forces on its particles: reset first, then the reaction to each fluid particle, whose own force
+  // is returned.
   void begin_forces();
   Vec3 push(const Vec3& x, double slope);  // slope: e' there
   void add(Tile tile, ForceSink sink) const;

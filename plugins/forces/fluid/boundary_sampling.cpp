@@ -60,7 +60,8 @@ std::vector<Vec3> under_box(const Vec3& half, double width) {
   return points;
 }
 
-// Rings about y; each begins at another angle, that the points of one do not lie behind the next's.
+// Rings about y; each begins at another angle, so that points of neighbouring rings are not
+// aligned.
 std::vector<Vec3> under_round(double radius, double length, double width) {
   constexpr double kTurn = 0.61803398874989485;
   const double displacement = std::numbers::pi * radius + length,
@@ -83,7 +84,7 @@ std::vector<Vec3> under_round(double radius, double length, double width) {
   return points;
 }
 
-// The place of a triangle nearest to p: inside, or on the edges (Ericson (2005), Real-Time
+// The point of a triangle nearest to p: inside, or on the edges (Ericson (2005), Real-Time
 // Collision Detection, section 5.1.5).
 Vec3 nearest_on(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const auto on_edge = [&](const Vec3& from, const Vec3& to) {
@@ -102,8 +103,8 @@ Vec3 nearest_on(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   return best;
 }
 
-// By the solid angles of the triangles (Van Oosterom & Strackee (1983), IEEE Trans. Biomed. Eng.
-// 30, 125-126): together 4 pi as seen from inside, and nothing from outside.
+// Inside test by the solid angles of the triangles (Van Oosterom & Strackee (1983), IEEE Trans.
+// Biomed. Eng. 30, 125-126): their sum is 4 pi from inside, and 0 from outside.
 bool is_inside(const RigidShape& mesh, const Vec3& p) {
   double half_angles = 0;
   for (const auto& t : mesh.triangles) {
@@ -147,8 +148,8 @@ class Apart {
   std::map<std::array<int, 3>, std::vector<Vec3>> cells_;
 };
 
-// Points of the triangles, each pushed away from what of the surface is nearest until all of it is
-// `depth` away: from an edge onto the line where the planes below meet.
+// Points of the triangles, each pushed away from the nearest part of the surface until all of it is
+// `depth` away: from an edge onto the line where the planes below intersect.
 std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width) {
   const auto corner = [&](const std::array<int, 3>& t, std::size_t k) {
     return mesh.points[static_cast<std::size_t>(t[k])];

@@ -1,4 +1,4 @@
-// Points under the surface of a rigid shape, for what feels a body from outside.
+// Points under the surface of a rigid shape, which represent it to a fluid.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 namespace sim {
 
 // `depth` below the surface, about `width` apart and no hole wider than that, m, in the frame of
-// the shape. Throws Error{kScene} where the shape is not thicker than twice the depth.
+// the shape. Throws Error{kScene} if the shape is not thicker than twice the depth.
 std::vector<Vec3> sample_boundary(const RigidShape& shape, double depth, double width);
 
 bool is_within(const RigidShape& shape, const Vec3& x);

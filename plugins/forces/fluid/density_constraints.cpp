@@ -32,7 +32,7 @@ void DensityConstraints::make(const ParticleView& view, ThreadPool& pool) {
       mirrors_.find(view.t, neighbours_.points(), view.n, kFluidSeen * law_.smoothing, begin / 8,
                     end / 8);
     });
-  // A wall is asked for the gaps of neighbours, too.
+  // The gaps of neighbours to a wall are needed, too.
   pool.run([&](int rank) {
     const Part part = part_of(8 * count, 8, rank, pool.size());
     make_rows(part.begin / 8, part.end / 8, view.t, shares_[at(rank)]);
@@ -59,7 +59,7 @@ void DensityConstraints::make_rows(int begin, int end, double t, Share& share) {
   }
 }
 
-// Lists hold what is a little beyond reach, too, which the row of a place leaves out.
+// Lists reach slightly beyond the smoothing radius; rows leave out the pairs beyond it.
 void DensityConstraints::add_pairs(int b, Share& share) {
   const NeighbourBlock& list = neighbours_.blocks()[at(b)];
   const bool viscous = law_.viscosity > 0;
@@ -140,10 +140,10 @@ Vec3 three_at(const double* numbers, std::ptrdiff_t p) {
 
 }  // namespace
 
-// With walls that g_i and g_j are the gaps to, an image is at r^2 + 4 sum of g_i g_j, and with s =
-// -5 scale/h^2 u^3 there
+// With the gaps g_i and g_j to walls, an image is at r^2 + 4 sum of g_i g_j, and with s = -5
+// scale/h^2 u^3 there
 //   dn_i = s/2 d(r^2 + 4 sum of g_i g_j) = s (d + 2 sum g_j n_i).w_i - s (d - 2 sum g_i n_j).w_j
-// less 2 s sum of (g_j n_i.u_i + g_i n_j.u_j) where the walls have velocities u.
+// less 2 s sum of (g_j n_i.u_i + g_i n_j.u_j) for walls with velocities u.
 void DensityConstraints::find_images(int place, int b, double t, Share& share) {
   share.lane_slots.clear();
   share.lane_images.clear();

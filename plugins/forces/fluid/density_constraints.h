@@ -16,9 +16,10 @@ namespace sim {
 // The density gradients of eight places, by ascending id of the neighbour. Entry k of lane l is the
 // place slots[8 k + l] and the slope s (1/m), slopes[24 k + 8 axis + l]:
 //   dn_i = sum of s.(w_i - w_j)
-// for ways w; an image in walls has two slopes, one after the other: dn_i = sum of a.w_i + b.w_j.
-// Slopes are floats, rounded alike on both sides of a pair: those of i and j are exact opposites.
-// With viscosity a pair has a weight, too, by which F_i = -sum of weight (s.(v_i - v_j)) s.
+// for displacements w; an image in walls has two slopes, one after the other: dn_i = sum of a.w_i +
+// b.w_j. Slopes are floats, rounded alike on both sides of a pair: those of i and j are exact
+// opposites. With viscosity a pair has a weight, too, by which F_i = -sum of weight (s.(v_i - v_j))
+// s.
 struct DensityConstraintRow {
   const std::int32_t* slots;
   const float* slopes;
@@ -30,8 +31,8 @@ struct DensityConstraintRow {
 };
 
 struct DensityConstraintKernels {
-  // n of the eight places of a block, without images, and the slope of each entry of its list (0
-  // beyond reach) and its weight, if there are to be any.
+  // n of the eight places of a block, without images, and the slope and weight, if requested, of
+  // each entry of its list (0 beyond reach).
   void (*slopes)(const FluidLaw&, const NeighbourBlock&, const double* points, int block, double* n,
                  float* slopes, float* weights);
   // For the places of rows [begin, end), four numbers a place: pressure_forces := J' p. p: one a
@@ -40,7 +41,7 @@ struct DensityConstraintKernels {
                           double* pressure_forces);
   // rates := J w. w: four numbers a place.
   void (*rates)(const DensityConstraintRow*, const double* w, int begin, int end, double* rates);
-  // brakes := sum of weight (s.(w_i - w_j)) s, four numbers a place.
+  // viscous_forces := sum of weight (s.(w_i - w_j)) s, four numbers a place.
   void (*viscous_forces)(const DensityConstraintRow*, const double* w, int begin, int end,
                          double* viscous_forces);
 };
@@ -51,7 +52,7 @@ class DensityConstraints {
   void add_wall(std::unique_ptr<Collider> collider) { mirrors_.add(std::move(collider)); }
   void bind(const FluidLaw& law, const ParticleView& initial);  // a view of all
 
-  // n and J at these places, and what walls that move do to n.
+  // Computes n and J at these positions, and the effect of moving walls on n.
   void make(const ParticleView& view, ThreadPool& pool);
 
   int places() const { return 8 * static_cast<int>(rows_.size()); }  // with those of no particle

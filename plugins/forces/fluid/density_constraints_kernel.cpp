@@ -35,7 +35,7 @@ void slopes(const FluidLaw& law, const NeighbourBlock& block, const double* poin
       const V3<double> d = here - gather(points, slot);
       const Doubles rr = squared(d);
       const Mask within = (rr < limits) & (rr > Doubles{});
-      // The summand is lost in any q that matters, and keeps the root from 0.
+      // The summand is below the rounding of any relevant q, and keeps the root from 0.
       const Doubles square = fma(rr, scale, splat<double>(1e-24)), r = seed(square);
       const Doubles q = square * refined(r, seed_error(square, r));
       const Doubles u = fma(splat<double>(-0.5), q, splat<double>(1)), cube = u * u * u;

@@ -1,4 +1,4 @@
-// A fluid of smoothed particles.
+// A fluid of smoothed particles (SPH).
 #include "fluid_correction.h"
 #include "fluid_forces.h"
 #include "fluid_projection.h"
@@ -12,7 +12,7 @@ namespace {
 
 class Fluid final : public sim::Force {
  public:
-  // boundary: as the scene wrote it.
+  // boundary: the names in the scene.
   Fluid(sim::FluidForces forces, std::unique_ptr<sim::FluidProjection> projection,
         std::vector<std::string> boundary)
       : forces_(std::move(forces)),
@@ -27,7 +27,7 @@ class Fluid final : public sim::Force {
     if (!projection_) return nullptr;
     return std::make_unique<sim::FluidCorrection>(*projection_, *this, particles);
   }
-  // Pressures, with which the projection of the next step begins.
+  // Internal variables: the pressures that warm-start the projection of the next step.
   int internal_size() const override { return projection_ ? projection_->count() : 0; }
   void start(std::span<double> memory) const override { std::ranges::fill(memory, 0.0); }
   void derive(const sim::ParticleView&, std::span<double> rate) const override {
@@ -46,7 +46,7 @@ class Fluid final : public sim::Force {
     return forces_.acts() ? forces_.potential(tile) : 0;
   }
 
-  // Walls that move do work; what a projection does is booked by itself.
+  // Moving walls do work; the work of a projection is booked by itself.
   bool driven() const { return forces_.walls_move() && !projection_; }
   bool conservative() const override { return !forces_.viscous() && !driven(); }
   bool has_dissipative_part() const override { return forces_.viscous() && !driven(); }
@@ -56,7 +56,7 @@ class Fluid final : public sim::Force {
   }
   bool depends_on_velocity() const override { return forces_.viscous(); }
 
-  // Notes name what passes through the fluid, and what the fluid passes through.
+  // Notes name particles and colliders that the fluid passes through.
   std::vector<std::string> notes(const sim::SceneNames& names) const override {
     std::vector<std::string> notes;
     if (const std::string uncoupled_particles = names.particles(forces_.uncoupled_particles());
@@ -81,7 +81,7 @@ class Fluid final : public sim::Force {
   std::vector<std::string> boundary_;
 };
 
-// 0 where it is not given.
+// 0 if it is not given.
 double given(const sim::Params& params, const char* name) {
   if (!params.has(name)) return 0;
   if (!(params.number(name) > 0))

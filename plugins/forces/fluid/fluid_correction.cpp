@@ -11,7 +11,7 @@ std::span<double> FluidCorrection::pressures(double* state) const {
   return {};
 }
 
-// All that a step changes of the energy counts as taken, also what walls do that put particles
+// All energy that a step changes counts as taken, including the work of walls that put particles
 // back.
 StepCorrection::Outcome FluidCorrection::apply(const Step& step) {
   if (std::ranges::count(particles_->forces(), fluid_) == 0) return Outcome::kUnchanged;

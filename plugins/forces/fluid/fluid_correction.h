@@ -1,4 +1,4 @@
-// A fluid that keeps its density, as a correction of steps.
+// An incompressible fluid as a correction of steps.
 #pragma once
 
 #include "core/particles/particles.h"

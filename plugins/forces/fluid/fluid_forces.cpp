@@ -104,7 +104,7 @@ void FluidForces::bind(const ParticleView& initial) {
     }
   }
 
-  // Finds out here whether the lists fit into memory.
+  // Checks here already that the neighbour lists fit into memory.
   ThreadPool alone(1);
   prepare(initial, alone);
   double sum = 0;
@@ -225,7 +225,7 @@ void FluidForces::prepare(const ParticleView& view, ThreadPool& pool) {
   if (!boundary_.empty()) add_boundary_pressure(places);
 }
 
-// In the order of ids, so that sums do not depend on places.
+// In the order of ids, so that sums do not depend on the places in the lists.
 void FluidForces::add_boundary_pressure(int places) {
   boundary_.begin_forces();
   for (int k = 0; k < places; ++k) {
@@ -237,8 +237,8 @@ void FluidForces::add_boundary_pressure(int places) {
   }
 }
 
-// One for each entry of the lists and for each of its images: in each wall near the block, in each
-// two and each three of them; and for those of the place itself.
+// One weight for each entry of the lists and for each of its images: in each wall near the block,
+// in each two and each three of them; and for those of the place itself.
 void FluidForces::make_weights() {
   std::size_t count = 0;
   firsts_.clear();

@@ -38,7 +38,7 @@ struct FluidBlocks {
 struct FluidKernels {
   // Computes n for the places of blocks [begin, end).
   void (*densities)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* n);
-  // f, four numbers a place, and where `drag` is not null what resistance() makes.
+  // f, four numbers a place, and the drag of resistance() if `drag` is not null.
   void (*forces)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f, double* drag);
   void (*resistance)(const FluidLaw&, const FluidBlocks&, int begin, int end, double* f);
 };
@@ -57,10 +57,10 @@ class FluidForces {
   void add_wall(std::unique_ptr<Collider> collider) { mirrors_.add(std::move(collider)); }
   void set_solid(std::shared_ptr<const TriangleMesh> surface) { boundary_.set(std::move(surface)); }
   void add_body(std::shared_ptr<const RigidBody> body) { boundary_.add(std::move(body)); }
-  // Throws Error{kScene} where no particle is free, or they stand far too close for the density.
+  // Throws Error{kScene} if no particle is free, or they are far too close for the density.
   void bind(const ParticleView& initial);
 
-  // Before the rest, at each new view; evaluates what depends on places unless nothing has moved.
+  // Called first, at each new view; evaluates position-dependent data unless nothing has moved.
   void prepare(const ParticleView& view, ThreadPool& pool);
 
   void add_pressure(Tile tile, ForceSink sink) const {

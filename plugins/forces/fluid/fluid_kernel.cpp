@@ -32,7 +32,8 @@ struct Kernel {
   };
   SIM_INLINE Doubles soft(Doubles rr) const { return fma(rr, scale, splat<double>(0.01)); }
 
-  // At r^2 = rr >= 0. The summand is lost in any q that matters, and keeps the root from 0.
+  // The kernel at r^2 = rr >= 0. The summand is below the rounding of any relevant q, and keeps the
+  // root from 0.
   SIM_INLINE At at(Doubles rr) const {
     const Doubles square = fma(rr, scale, splat<double>(1e-24)), r = seed(square);
     const Doubles inverse = refined(r, seed_error(square, r)), q = square * inverse;
@@ -40,7 +41,7 @@ struct Kernel {
   }
 };
 
-// v where the condition holds, exactly 0 elsewhere, whatever v is there.
+// v if the condition holds, otherwise exactly 0, whatever v is there.
 SIM_INLINE Doubles only(Mask condition, Doubles v) { return condition ? v : Doubles{}; }
 
 SIM_INLINE Doubles gather_one(const double* of, const std::int32_t* index) {
@@ -68,7 +69,7 @@ SIM_INLINE Doubles drag_factor(const FluidLaw& law) {
 
 SIM_INLINE bool any_below(Doubles v, double limit) { return any_above(-v, -limit); }
 
-// Lanes of a block, eight or a part of them, beside the walls near it.
+// Lanes of a block, eight or a part of them, with the walls near it.
 struct Own {
   std::int32_t place[kDoubles];
   V3<double> here;
@@ -136,9 +137,9 @@ SIM_INLINE Doubles soft_inverse(Doubles square) {
   return fma(r * e, e + splat<double>(1), r);
 }
 
-// n of each place: each has a lane of its own, and what its list holds beyond reach adds exact
-// zeros, as do walls near other lanes. With kTies also half the energy of its ties. Keeps what
-// forces are made of: u^3/(q^2 + 1/100) of each entry, and then u^3 of each image.
+// n of each place: each has a lane of its own, and entries of its list beyond reach add exact
+// zeros, as do walls near other lanes. With kTies also half the energy of its ties. Stores data for
+// the forces: u^3/(q^2 + 1/100) of each entry, and then u^3 of each image.
 template <bool kTies>
 void densities(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* n) {
   const Kernel kernel(law);
@@ -195,7 +196,7 @@ SIM_INLINE void put(Doubles factor, const V3<double>& sum, int b, int half, doub
 }
 
 // f_i = 5 V scale / h^2 sum_j (e'_i + e'_j) u^3 d, where d of an image is (d + 2 sum g_j n_i): half
-// of how the square of its distance changes with x_i. With kDrag also what resistance() makes.
+// of the derivative of its squared distance by x_i. With kDrag also the drag of resistance().
 template <bool kTies, bool kDrag>
 void forces(const FluidLaw& law, const FluidBlocks& from, int begin, int end, double* f,
             double* drag) {

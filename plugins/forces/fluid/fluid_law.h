@@ -1,4 +1,4 @@
-// A weakly compressible fluid of smoothed particles: what it is made of.
+// The law of a weakly compressible fluid of smoothed particles.
 #pragma once
 
 namespace sim {
@@ -31,8 +31,8 @@ struct FluidLaw {
   double cohesion = 0;   // A, J
 };
 
-// In smoothing lengths: of neighbour lists, for speed alone; and how far walls are looked for, as
-// images in reach have g_i + g_j < 2 h.
+// In smoothing lengths: the skin of neighbour lists, for speed alone; and the search distance of
+// walls, as images in reach have g_i + g_j < 2 h.
 inline constexpr double kFluidSkin = 0.2, kFluidSeen = 2.01;
 
 // The edge of a cubic cell of this volume, m.

@@ -53,7 +53,7 @@ void FluidProjection::bind(const FluidLaw& law, const ParticleView& initial) {
   constexpr double kMore = 1.5;  // where it is denser
   solve_.bind(static_cast<int>(n), kMore * largest_eigenvalue(law));
 
-  // Finds out here whether the rows fit into memory.
+  // Checks here already that the rows fit into memory.
   ThreadPool alone(1);
   rows_.make(own(initial), alone);
   displacements_ = Array(4 * static_cast<std::size_t>(rows_.places()));
@@ -130,7 +130,8 @@ bool FluidProjection::correct_places(const End& end, ThreadPool& pool) {
   return moved;
 }
 
-// Conjugate gradients, with M for a preconditioner, for what changes: (M + h K) dv = -h K v.
+// Conjugate gradients, with M as a preconditioner, for the change of velocity: (M + h K) dv = -h K
+// v.
 bool FluidProjection::apply_viscosity(const End& end, ThreadPool& pool) {
   if (!(law_.viscosity > 0)) return false;
   if (changes_.size() == 0)
@@ -191,7 +192,7 @@ bool FluidProjection::apply_viscosity(const End& end, ThreadPool& pool) {
   return true;
 }
 
-// The pressures begin as they were a step ago: p V h is what A takes them by.
+// The pressures are warm-started from the last step: p V h is their scale in A.
 bool FluidProjection::correct_velocities(const End& end, ThreadPool& pool) {
   double* const wanted = wanted_.data();
   load(end.v);

@@ -14,14 +14,14 @@
 
 namespace sim {
 
-// Two problems of complementarity, after Bender & Koschier (2015), Divergence-free smoothed
-// particle hydrodynamics, Proc. SCA 147-155, with the densities and walls of FluidLaw:
-//   places      n(x - M^-1 J' p) <= 1        in places alone, as often as it takes
-//   viscosity   M (v' - v) = -h K v', with the pairs of FluidLaw: no step is too long for it
+// Two complementarity problems, after Bender & Koschier (2015), Divergence-free smoothed particle
+// hydrodynamics, Proc. SCA 147-155, with the densities and walls of FluidLaw:
+//   positions   n(x - M^-1 J' p) <= 1        in positions alone, repeated until it holds
+//   viscosity   M (v' - v) = -h K v', with the pairs of FluidLaw: stable for any step
 //   velocities  h J(v - M^-1 J' p) <= max(0, 1 - n)      in velocities alone
 // with p >= 0 that is 0 wherever a row is not at its limit, for a fluid can be torn. All of it is
-// of first order, keeps momentum, and takes energy, which whoever calls has to book. Velocities are
-// not led by what places miss, as in the paper: that gives energy.
+// of first order, conserves momentum, and takes energy, which the caller has to book. In contrast
+// to the paper, velocities are not changed by the position error: that would add energy.
 class FluidProjection {
  public:
   // error: of the density, the mean of max(n - 1, 0); ten times that of a single particle.
@@ -31,8 +31,8 @@ class FluidProjection {
   void bind(const FluidLaw& law, const ParticleView& initial);
   int count() const { return static_cast<int>(mass_.size()); }  // particles
 
-  // The end of a step of length h (s): q and v are the places and velocities of the view, memory
-  // the pressures, Pa, from which those of the next step are looked for.
+  // The end of a step of length h (s): q and v are the positions and velocities of the view, memory
+  // the pressures, Pa, which warm-start the next step.
   struct End {
     const ParticleView& view;
     double h;
@@ -40,7 +40,7 @@ class FluidProjection {
     double* const* v;
     std::span<double> memory;
   };
-  // Changes these numbers. False: no place and no velocity had to be changed. A pure function of
+  // Changes these numbers. False: no position and no velocity had to be changed. A pure function of
   // them, bit for bit.
   bool project(const End& end, ThreadPool& pool);
   bool leads(int particle) const {  // it may change this one

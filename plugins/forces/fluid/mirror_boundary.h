@@ -1,4 +1,4 @@
-// Walls of a fluid: how far each particle is from them.
+// Walls of a fluid, and the gap of each particle to them.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,24 @@
 
 namespace sim {
 
-// The fluid goes on behind a wall as its mirror image. A pair at a distance of r whose gaps are g_i
-// and g_j has images that are sqrt(r^2 + 4 g_i g_j) apart, and where two or three walls meet at
+// The fluid continues behind a wall as its mirror image. A pair at a distance of r whose gaps are
+// g_i and g_j has images that are sqrt(r^2 + 4 g_i g_j) apart and, if two or three walls meet at
 // right angles, images of images, with the sum of g_i g_j over the walls under the root. For planes
-// that is exact, for curved walls a shape as smooth as the gap. The mirror lies a little behind the
-// surface that particles touch: one that lay in it would have its image in its own place, which
-// would not push it away.
+// that is exact, for curved walls a shape as smooth as the gap. The mirror is slightly behind the
+// surface that particles touch: a particle in it would coincide with its image, which would not
+// repel it.
 class MirrorBoundary {
  public:
   static constexpr int kMost = 16;  // a room has six
 
-  // Sides of colliders count one by one. Throws Error{kScene} where there are more than kMost.
+  // Sides of colliders count one by one. Throws Error{kScene} for more than kMost.
   void add(std::unique_ptr<Collider> collider);
 
   void bind(const ParticleView& initial, double spacing);  // m, of neighbours at rest
   bool move() const { return move_; }
   int count() const { return static_cast<int>(mirrors_.size()); }
 
-  // On one thread, before find(), at each new time.
+  // Called on one thread, before find(), at each new time.
   void look(double t);
   unsigned planes() const { return are_planes_; }  // of look(): a bit for each wall that is one
   void reserve(std::size_t blocks);
@@ -39,10 +39,10 @@ class MirrorBoundary {
 
   // For each block, a bit for each wall near it.
   const std::uint16_t* near() const { return near_.data(); }
-  // The normal and the gap of a wall, four numbers a place. Where it is not near, the gap is 2
-  // reach, or undefined for a plane.
+  // The normal and the gap of a wall, four numbers a place. If it is not near, the gap is 2 reach,
+  // or undefined for a plane.
   const double* seen(int wall) const { return seen_[static_cast<std::size_t>(wall)].data(); }
-  // m/s, of a wall along its normal where it is nearest to x.
+  // The speed, m/s, of a wall along its normal, where it is nearest to x.
   double speed(int wall, double t, const Vec3& x, const Vec3& normal) const {
     return mirrors_[static_cast<std::size_t>(wall)]->query(t, x).velocity.dot(normal);
   }

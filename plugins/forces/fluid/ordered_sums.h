@@ -8,7 +8,7 @@
 
 namespace sim {
 
-// Neighbour lists put particles in places that depend on the past. Bits of a sum must not.
+// Neighbour lists put particles in places that depend on the past; the bits of a sum must not.
 class OrderedSums {
  public:
   OrderedSums() = default;

@@ -107,7 +107,7 @@ bool PressureSolve::solve(const DensityConstraints& rows, const double* b, const
       each(pool, [&](int i) { displacement[i] = free(i) - along * displacement[i]; });
       continue;
     }
-    // To the first that comes to 0, and from there with all that follow.
+    // Steps to the first pressure that becomes 0, and from there by a projected gradient step.
     each(pool, [&](int i) {
       p[i] = std::max(0.0, p[i] - feasible * displacement[i]);
       g[i] -= feasible * product[i];

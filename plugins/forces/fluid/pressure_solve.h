@@ -1,4 +1,4 @@
-// Pressures that keep the rows of a fluid, none of them negative.
+// Non-negative pressures that satisfy the density constraints of a fluid.
 #pragma once
 
 #include <span>
@@ -9,20 +9,20 @@
 
 namespace sim {
 
-// p >= 0,  A p >= b,  p (A p - b) = 0,  A = J M^-1 J': the p >= 0 of the least 1/2 p A p - b p, by
-// conjugate gradients on those above 0, with steps that let go or take up others (Dostal & Schoberl
-// (2005), Comput. Optim. Appl. 30, 23-43: MPRGP). Sums are taken by ids, so that bits do not depend
-// on where neighbour lists have put the particles.
+// p >= 0,  A p >= b,  p (A p - b) = 0,  A = J M^-1 J': the p >= 0 of least 1/2 p A p - b p, by
+// conjugate gradients on the positive pressures, with steps that release or add others (Dostal &
+// Schoberl (2005), Comput. Optim. Appl. 30, 23-43: MPRGP). Sums are taken by ids, so that bits do
+// not depend on the places in neighbour lists.
 class PressureSolve {
  public:
-  // `largest`: eigenvalue of J J' (1/m^2), about. n: particles.
+  // `largest`: approximate largest eigenvalue of J J' (1/m^2). n: particles.
   void bind(int n, double largest) { n_ = n, largest_ = largest, sum_ = OrderedSums(n); }
 
   // The pressures of all places; solve() starts from them (warm start), none of them negative.
   std::span<double> pressures(const DensityConstraints& rows);
-  // Until the root of the mean square of what is missing is at most `tolerance`, in units of b.
-  // False where it was not reached; pushes() are of the pressures found all the same. Masses in kg,
-  // infinite where a particle is held.
+  // Iterates until the root mean square of the residual is at most `tolerance`, in units of b.
+  // False if it was not reached; the forces are those of the pressures found all the same. Masses
+  // in kg, infinite for a fixed particle.
   bool solve(const DensityConstraints& rows, const double* b, const double* mass, double tolerance,
              ThreadPool& pool);
 

@@ -57,7 +57,7 @@ class Pair final : public sim::Force {
  public:
   Pair(const PairLaw& law, double skin) : forces_(law, skin) {}
 
-  // Finds out here whether the lists fit into memory.
+  // Checks here already that the neighbour lists fit into memory.
   void bind(const sim::ParticleView& initial) override {
     sim::ThreadPool alone(1);
     forces_.prepare(initial, alone);

@@ -26,7 +26,7 @@ class PairForces {
   // skin in m: see Neighbours.
   PairForces(const PairLaw& law, double skin);
 
-  // Before the rest, at each new view. Evaluates the forces unless nothing has moved.
+  // Called first, at each new view. Evaluates the forces unless nothing has moved.
   void prepare(const ParticleView& view, ThreadPool& pool);
 
   void add(Tile tile, ForceSink sink) const;

@@ -14,7 +14,7 @@ struct Terms {
   Doubles u, g, dg;  // as in PairTerms
 };
 
-// Each law is written once, from rr = r^2 > 0; what a caller does not use costs nothing.
+// Each law is written once, from rr = r^2 > 0; unused results cost nothing.
 
 // With kSlope the slope is shifted, for which r itself is needed.
 template <bool kSlope>
@@ -85,11 +85,11 @@ struct Morse {
   }
 };
 
-// v where the condition holds, exactly 0 elsewhere, whatever v is there.
+// v if the condition holds, otherwise exactly 0, whatever v is there.
 SIM_INLINE Doubles where(Mask condition, Doubles v) { return condition ? v : Doubles{}; }
 
 // The forces on the particles of blocks [begin, end), four doubles a place. Each particle has a
-// lane of its own, and what its list holds beyond the cutoff adds exact zeros: the sums do not
+// lane of its own, and entries of its list beyond the cutoff add exact zeros: the sums do not
 // depend on the other lanes, nor on when the lists were made.
 template <class Law>
 void pair_forces(const PairLaw& parameters, const NeighbourBlock* blocks, const double* points,

@@ -19,7 +19,7 @@ struct PairLaw {
   double energy_shift = 0, slope_shift = 0;  // J, N
 };
 
-// At a distance of r: U in J, g = -U'(r) / r in N/m, and dg/d(r^2) in N/m^3.
+// The terms at a distance r: U in J, g = -U'(r) / r in N/m, and dg/d(r^2) in N/m^3.
 struct PairTerms {
   double u[8], g[8], dg[8];
 };

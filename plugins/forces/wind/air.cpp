@@ -7,7 +7,7 @@
 namespace sim {
 namespace {
 
-// Prime, so that all waves together repeat themselves after their product only.
+// Primes, so that all waves together repeat only after their product.
 constexpr int kPeriods[AirNow::kMost] = {1009, 1013, 1019};
 
 // One period of a random spline, made periodic, with mean 0 and mean square 1 to rounding.

@@ -1,4 +1,4 @@
-// Air that moves: a mean velocity, and a breeze on it that is smooth in space and time.
+// Moving air: a mean velocity, and turbulence that is smooth in space and time.
 #pragma once
 
 #include <array>
@@ -31,9 +31,10 @@ struct AirNow {
 };
 
 // Three waves run along directions at right angles, each with its velocity along the next of them:
-// the breeze has no divergence, mean 0 and on each axis the mean square strength^2. At one place it
-// changes in the time tau, at one moment over the length; its spectrum is that of random_spline.h.
-// Each wave repeats itself after some thousand tau, but no two of them after the same time.
+// the turbulence has no divergence, mean 0 and on each axis the mean square strength^2. At one
+// point it changes in the time tau, at one time over the length; its spectrum is that of
+// random_spline.h. Each wave repeats itself after some thousand tau, but no two of them after the
+// same time.
 class Air {
  public:
   struct Breeze {

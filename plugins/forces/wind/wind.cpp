@@ -1,4 +1,4 @@
-// Wind: the force of moving air on a surface, or on particles that each show it an area.
+// Wind: the force of moving air on a surface, or on particles that each have an area.
 #include <optional>
 
 #include "core/particles/elements/element_couplings.h"
@@ -26,7 +26,7 @@ class Wind : public sim::Force {
   bool has_jacobian() const override { return true; }
 
  protected:
-  // A coefficient as the law multiplies it.
+  // A coefficient, with the factor of the law.
   double factor(const sim::Params& params, const char* name) const {
     return linear_ ? params.number(name) : 0.5 * params.number("density") * params.number(name);
   }

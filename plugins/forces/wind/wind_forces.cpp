@@ -10,7 +10,7 @@
 namespace sim {
 namespace {
 
-// A run is worth its arrays when this share of the particles begins a triangle of it.
+// A run is worth its arrays if this share of the particles begins a triangle of it.
 constexpr std::size_t kShare = 8;
 
 constexpr std::size_t kPadding = 16;
@@ -107,7 +107,7 @@ WindForces::WindForces(const WindLaw& law, const Air& air, const TriangleMesh& s
       stride_((static_cast<std::size_t>(surface.particles()) + kWindBlock - 1) / kWindBlock *
               kWindBlock) {
   const auto n = static_cast<std::size_t>(surface.particles());
-  // Each triangle from its lowest corner on, which leaves its side outside as it is.
+  // Each triangle begins at its lowest corner, which preserves its orientation.
   std::map<std::array<int, 2>, std::vector<TriangleMesh::Triangle>> by_stride;
   for (TriangleMesh::Triangle triangle : surface.triangles()) {
     std::rotate(triangle.begin(), std::ranges::min_element(triangle), triangle.end());

@@ -17,17 +17,17 @@
 
 namespace sim {
 
-// Triangles a, a + b, a + c for the bits a, as grids have them; b, c > 0.
+// Triangles a, a + b, a + c for the bits a, as in grids; b, c > 0.
 struct TriangleRun {
   std::int64_t b = 0, c = 0;
   std::vector<std::uint8_t> bits;  // of the first corner, eight to an entry
 };
 
-// Wind on triangles in runs, each evaluated once, at its first corner; the others find their third
-// of its force in a ring.
+// Wind on triangles in runs, each evaluated once, at its first corner; the others read their third
+// of its force from a ring.
 class WindSweep final : public ForceSweep {
  public:
-  // All of these stay where they are.
+  // All arguments outlive it.
   WindSweep(const WindLaw& law, const Air& air, std::span<const TriangleRun> runs);
 
   int reach() const override { return reach_; }
@@ -51,7 +51,7 @@ class WindForces {
 
   void prepare(const ParticleView& view, ThreadPool& pool);
   void add(Tile tile, ForceSink sink) const;
-  // Triangles with such an edge are gone. Replaces what was said before; a sweep stays what it is.
+  // Removes triangles with such an edge. Replaces earlier pairs; an existing sweep is not changed.
   void tear(std::span<const std::array<int, 2>> torn);
   std::unique_ptr<ForceSweep> sweep() const;  // null where some triangles are in no run
 

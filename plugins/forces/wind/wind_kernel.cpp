@@ -84,8 +84,8 @@ struct Wind {
   }
 };
 
-// 1 / v, at most some 2 ulp off, from a seed in single precision; where that fails exactly, and
-// 1 / 0 = 0.
+// 1 / v, to some 2 ulp, from a seed in single precision; exact division if that fails, and 1 / 0 =
+// 0.
 SIM_INLINE Doubles inverse(Doubles v) {
   const Doubles one = splat<double>(1), zero{};
   const Doubles r = inverse_seed(v), e = fma(-v, r, one), near = fma(r, fma(e, e, e), r);
@@ -97,7 +97,7 @@ SIM_INLINE Doubles inverse(Doubles v) {
 // A third of the force on triangles. With N = (b - a) x (c - a) = 2 A n, q = N.N, s = w.N:
 //   quadratic  F = s / q (normal |s| - R) N + R w,  R = tangential sqrt(q w.w - s^2)
 //   linear     F = s / q (normal sqrt(q) - R) N + R w,  R = tangential sqrt(q)
-// In R it does not matter that squares cancel: then w_t, which it is for, is small itself.
+// Cancellation of squares in R is harmless: then w_t, to which it applies, is small itself.
 SIM_INLINE V3<double> third_of(const Wind& wind, const V3<double> (&x)[3],
                                const V3<double> (&v)[3]) {
   const V3<double> w =
@@ -154,7 +154,7 @@ void sweep_wind(const WindLaw& law, const AirNow& air, const ParticleView& view,
   const double* const v[3] = {view.vx, view.vy, view.vz};
   double* const to[3] = {sink.x, sink.y, sink.z};
   const Wind wind(law, air);
-  // A ring is not read where it has just been written: that would wait for it.
+  // A ring is not read right after it was written, which would stall.
   for (int begin = tile.begin; begin < tile.end; begin += kWindChunk, turn += kWindChunk) {
     const int end = std::min(begin + kWindChunk, tile.end);
     for (const TriangleRing& ring : rings) fill(wind, q, v, ring, turn, begin, end);

@@ -31,14 +31,13 @@ struct WindOnTriangle {
 WindOnTriangle wind_on_triangle(const WindLaw& law, const AirNow& air, const std::array<Vec3, 3>& x,
                                 const std::array<Vec3, 3>& v);
 
-// Particles of a block, whatever the vectors, and those whose triangles are evaluated before their
-// sums are made.
+// Particles of a block, whatever the vectors, and the number whose triangles are evaluated before
+// their sums.
 inline constexpr int kWindBlock = 8;
 inline constexpr int kWindChunk = 64;
 
-// A run of triangles a, a + b, a + c, and where a third of the force on them waits for the
-// particles to come: in rings of mask + 1 entries, a power of two, whose first eight stand again at
-// the end.
+// A run of triangles a, a + b, a + c, and the rings that hold a third of the force on them for the
+// other corners: mask + 1 entries, a power of two, whose first eight are repeated at the end.
 struct TriangleRing {
   std::int64_t b, c, mask;
   const std::uint8_t* bits;  // of the first corners, eight to an entry

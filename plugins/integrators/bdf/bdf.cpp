@@ -8,7 +8,7 @@
 
 namespace {
 
-// Solutions of its equations are no better than roundings let them be.
+// Solutions of its equations are no better than rounding allows.
 sim::ParamList params() {
   constexpr double kLeast = 1e-12;
   sim::ParamList params = sim::embedded_params();

@@ -100,9 +100,9 @@ void Bdf::set_coefficients(double h) {
   tau_ = h / l_[1];
 }
 
-// One order more: the derivative that the last correction stands for becomes z_(q+1), and the
-// polynomial x^2 prod_{j<q} (x + xi_j), which changes no value of the history, goes with it. One
-// less: z_q goes, with such a polynomial of its degree.
+// One order more: the derivative estimated by the last correction becomes z_(q+1), with the
+// polynomial x^2 prod_{j<q} (x + xi_j), which changes no value of the history. One less: z_q is
+// removed, with such a polynomial of its degree.
 void Bdf::change_order(int order) {
   const int q = now_.order;
   if (order == q) return;
@@ -164,8 +164,8 @@ void Bdf::correct() {
   }
 }
 
-// The step after the present one, tried until its error is within the tolerance. Where it has none
-// the present state stays as it is.
+// The step after the present one, retried until its error is within the tolerance. If there is
+// none, the present state stays as it is.
 StepStatus Bdf::next_step(OdeSystem& system) {
   constexpr double kAfterNewton = 0.25, kLeast = 0.1, kMostAfter = 0.9, kSmallest = 1e-13;
   constexpr int kManyFailures = 3;
@@ -223,7 +223,7 @@ StepStatus Bdf::next_step(OdeSystem& system) {
         change_order(now_.order - 1);
         h *= kLeast;
       } else if (failures >= kManyFailures) {
-        // The history says nothing of what comes: the slope is taken again.
+        // The history does not predict the motion: the slope is evaluated again.
         h *= kLeast;
         rescale(h);
         system.eval(now_.t, {z_[0].data(), {}}, r_.data(), z_[1].data());
@@ -299,7 +299,7 @@ void Bdf::choose_next(double error) {
 Advance Bdf::advance(OdeSystem& system, double t, double h, std::int64_t /*most*/, const double* x,
                      double* x_next) {
   const double length = now_.past[0];
-  // A history that was recalled has to be of this time.
+  // A recalled history is used only if it contains this time.
   if (fresh_ || !(now_.t - length <= t + h && t <= now_.t + 0.01 * (h + length)))
     begin(system, t, h, x);
   fresh_ = false;

@@ -1,4 +1,4 @@
-// Backward differentiation formulas of orders 1 to 5 with steps of their own size.
+// Backward differentiation formulas of orders 1 to 5 with adaptive steps.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace sim {
 //
 //   predicted:  z = z P (Pascal's triangle);  corrected:  z_j + l_j e,  e = x_next - z_0
 //   x_next - h/l_1 f(t, x_next) = z_0 - z_1/l_1
-// Inside a step x(t + s h) = sum_j z_j s^j, the polynomial that the next step is predicted from.
+// Inside a step x(t + s h) = sum_j z_j s^j, the polynomial from which the next step is predicted.
 class Bdf final : public Integrator {
  public:
   static constexpr int kMostOrder = 5;
@@ -29,7 +29,8 @@ class Bdf final : public Integrator {
   IntegratorInfo info() const noexcept override {
     return {.order = kMostOrder, .adaptive = true, .implicit = true};
   }
-  // Throws Error{kScene} for a system whose states may jump: several steps make no history there.
+  // Throws Error{kScene} for a system whose states may jump, as a multistep history needs
+  // smoothness.
   void prepare(OdeSystem& system) override;
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override;

@@ -33,8 +33,8 @@ Stage AdaptiveImplicit::from(const double* x, double h, const double* weights, i
   return {x, {terms_.data(), used}};
 }
 
-// A step of size 0 that ends in x. The next is one of Euler's method that changes the state by half
-// of the tolerance.
+// Begins with a step of size 0 that ends in x. The next one is such that Euler's method would
+// change the state by half of the tolerance.
 void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double* x) {
   solver_->restart();
   t_ = t;
@@ -73,7 +73,7 @@ double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
   return scaled_norm(error_.data(), x_.data(), y_.data());
 }
 
-// The step that stands, from x_ to y_, taken again up to its first event.
+// Repeats the accepted step, from x_ to y_, up to its first event.
 StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
   const bool cut = cuts_ < Events::kMostCuts;
   if (!cut) events_->gave_up();
@@ -96,9 +96,9 @@ StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
   return outcome == Outcome::kNotAllowed ? StepStatus::kNotAllowed : StepStatus::kDone;
 }
 
-// The step after the present one, tried until its error is within the tolerance; with events it
-// ends `until` at the latest, as there is no dense output of what is settled. Where it has none the
-// present step is one of size 0, so that the next call tries the same.
+// The step after the present one, retried until its error is within the tolerance; with events it
+// ends at `until` at the latest, as there is no dense output across resolved contact. If there is
+// none, the present step is one of size 0, so that the next call tries the same.
 StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double asked) {
   constexpr double kSmallest = 1e-13;  // of the first trial
   const StepController::State before = controller_.state;
@@ -133,7 +133,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
       break;
     }
     ++own_.steps;
-    // A step that was cut says nothing against the size before.
+    // A step shortened by an event does not count against the size before.
     if (last) controller_.state.h = std::max(controller_.state.h, std::min(wanted, 2 * asked));
     if (events_) status = end_at_event(system);
     if (status != StepStatus::kDone) break;
@@ -183,7 +183,7 @@ void AdaptiveImplicit::interpolate(double t, double* out) const {
   }
 }
 
-// The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); not a number when one is not finite.
+// The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); not a number if one is not finite.
 double AdaptiveImplicit::scaled_norm(const double* values, const double* x, const double* y) const {
   double most = 0;
   for (std::size_t i = 0; i < x_.size(); ++i) {

@@ -1,4 +1,4 @@
-// Diagonally implicit methods that choose their steps, for stiff systems.
+// Diagonally implicit methods with adaptive steps, for stiff systems.
 #pragma once
 
 #include <memory>
@@ -27,11 +27,11 @@ constexpr int embedded_order(const ImplicitPair<S>& pair) {
   return order_conditions(other);
 }
 
-// Steps of its own size to a tolerance of |error_i| <= atol + rtol |x_i|, whatever the interval at
-// which states are asked for: the last may end beyond them. A step whose equations are not solved
-// is made shorter. The first slope of a step is the last one of the step before, which was solved
-// for: f of a state that is off by some delta is off by lambda delta; after an event it is
-// evaluated. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
+// Adaptive steps to a tolerance of |error_i| <= atol + rtol |x_i|, whatever the interval at which
+// states are asked for: the last step may end beyond them. A step whose equations are not solved is
+// shortened. The first slope of a step is the last one of the step before, from the solved stage: f
+// at a state with an error delta has the error lambda delta; after an event it is evaluated.
+// Kennedy & Carpenter (2016), NASA/TM-2016-219173.
 //
 // Inside a step, theta of the way, the cubic through both ends with their slopes:
 //   x + theta (y - x) + theta (1 - theta) ((1 - theta) (h k - (y - x)) - theta (h l - (y - x)))

@@ -22,8 +22,8 @@ constexpr sim::ImplicitPair<6> kPair{
 static_assert(sim::order_conditions(kPair.method) == 4);
 static_assert(sim::embedded_order(kPair) == 3);
 
-// Solutions of its equations are no better than roundings let them be: below this a step cannot be
-// told from its neighbour's.
+// Solutions of its equations are no better than rounding allows: below this tolerance neighbouring
+// steps cannot be distinguished.
 sim::ParamList params() {
   constexpr double kLeast = 1e-10;
   sim::ParamList params = sim::embedded_params();
@@ -45,7 +45,7 @@ SIM_PLUGIN(Integrator, "esdirk43") {
                  "ARK4(3)6L[2]SA",
        .params = params()},
       [](const sim::Params& given) -> std::unique_ptr<sim::Integrator> {
-        // The equations of a stage a hundred times better than its error may be.
+        // The equations of a stage are solved a hundred times better than its error may be.
         constexpr double kPart = 1e-2, kMost = 1e-4, kLeast = 1e-12;
         const sim::Tolerance tolerance = sim::tolerance_of(given);
         sim::StageOptions options{.order = 4};
@@ -53,7 +53,7 @@ SIM_PLUGIN(Integrator, "esdirk43") {
           return std::make_unique<sim::DiagonallyImplicit>(kPair.method, 4, options);
         options.tolerance =
             std::clamp(kPart * std::min(tolerance.atol, tolerance.rtol), kLeast, kMost);
-        // Slopes come from the solutions of stages: what these are off must not hide that a step
+        // Slopes follow from the solutions of stages, whose errors must not hide that a step
         // follows a branch that has become unstable.
         constexpr double kOfStages = 1e-4, kLeastAbsolute = 1e-13, kLeastRelative = 1e-12;
         constexpr double kMostOfTolerance = 0.1;
