@@ -7,7 +7,7 @@
 
 namespace sim {
 
-// The parameters of a constraint behind its own.
+// The own parameters of a constraint, followed by the common ones.
 ParamList constraint_params(ParamList own);
 
 }  // namespace sim

@@ -27,7 +27,7 @@ struct ElementKind {
   bool takes(int count) const { return arity > 0 && (count == arity || (cells && count == 10)); }
 };
 
-// The same pair at every place of a grid where both ends exist: (i, j, k) and (i, j, k) + step,
+// The same pair at every position of a grid where both ends exist: (i, j, k) and (i, j, k) + step,
 // where (i, j, k) is the particle first + (i * size[1] + j) * size[2] + k.
 struct GridPairs {
   int first = 0;
@@ -38,7 +38,7 @@ struct GridPairs {
   std::size_t count() const;
 };
 
-// One of them.
+// One element.
 struct Element {
   std::span<const int> ids;
   std::ptrdiff_t index;  // in the list; -1: a pair of a grid
@@ -54,7 +54,7 @@ struct Elements {
   std::map<std::string, std::vector<double>> values{};
 
   // Numbers of each particle of the scene by their names, for plugins that ask for them: its mass
-  // as "m", in kg and whether it is pinned or not, and what it carries.
+  // as "m", in kg and whether it is pinned or not, and the numbers it carries.
   std::map<std::string, std::vector<double>> carried{};
 
   bool empty() const { return grids.empty() && ids.empty(); }
@@ -86,8 +86,8 @@ struct Elements {
   }
 };
 
-// One parameter of every element: what the element gives, else what the force gives; nan where
-// neither does. The elements outlive it.
+// One parameter of every element: the element's own value, else that of the force; nan without
+// either. The elements outlive it.
 class ElementValues {
  public:
   ElementValues() = default;
@@ -103,8 +103,8 @@ class ElementValues {
   double otherwise_ = std::nan("");
 };
 
-// Throws Error{kScene} unless the plugin takes such elements of `particles` particles and all that
-// they give and need is there.
+// Throws Error{kScene} unless the plugin takes such elements of `particles` particles, and all
+// given and required values are complete.
 void check_elements(const Elements& elements, const PluginInfo& plugin, const Params& params,
                     int particles, const SourceLocation& place);
 

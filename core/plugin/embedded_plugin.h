@@ -10,7 +10,7 @@ namespace sim {
 ParamList embedded_params();
 Tolerance tolerance_of(const Params& params);
 
-// Adaptive steps, or with `fixed_step` the advancing method of the pair alone.
+// Makes a method with adaptive steps or, with `fixed_step`, the advancing method of the pair alone.
 template <int S, int X, int D>
 std::unique_ptr<Integrator> make_embedded(const EmbeddedPair<S, X, D>& pair, int order,
                                           const Params& params) {

@@ -1,5 +1,5 @@
-// The kinds of plugins, each a type of object: a specialisation of Kind says what it is called,
-// where its libraries lie and how an object is made. Lists, folders and the registry follow.
+// The kinds of plugins, each a type of object: a specialisation of Kind gives its name, the folder
+// of its libraries and its constructor. Lists, folders and the registry follow from that.
 #pragma once
 
 #include <functional>
@@ -107,7 +107,7 @@ struct Kind<engine::Engine> {
   using Make = std::function<std::unique_ptr<engine::Engine>(const Params&)>;
 };
 
-// In the order in which they are shown and numbered.
+// The kinds in the order in which they are shown and numbered.
 using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint,
                        Study, engine::Engine, StepCorrection, ContactLaw>;
 inline constexpr auto kPluginKinds = Kinds::all();

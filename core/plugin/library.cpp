@@ -38,7 +38,7 @@ bool read_at(std::ifstream& in, std::uint64_t offset, T& out) {
   return static_cast<bool>(in.read(reinterpret_cast<char*>(&out), sizeof out));
 }
 
-// The section of that name, as the headers of a 64-bit ELF file tell; false if there is none.
+// Finds the section of that name by the headers of a 64-bit ELF file; false if there is none.
 bool find_section(std::ifstream& in, const Elf64_Ehdr& elf, const char* name, Elf64_Shdr& found) {
   Elf64_Shdr names;
   if (!read_at(in, elf.e_shoff + std::uint64_t{elf.e_shstrndx} * sizeof names, names)) return false;
@@ -64,7 +64,7 @@ Seal seal_of(std::string_view all) {
   constexpr std::size_t kLength = kMark.size() + 32 + 1;
   if (all.size() < kLength) return Seal::kNone;
   const std::string_view seal = all.substr(all.size() - kLength);
-  // One that was cut, or has something behind it, is broken too.
+  // A file that was truncated, or extended after its seal, is broken too.
   if (!seal.starts_with(kMark)) return all.rfind(kMark) == all.npos ? Seal::kNone : Seal::kBroken;
   return md5(all.substr(0, all.size() - kLength)) == seal.substr(kMark.size(), 32) ? Seal::kWhole
                                                                                    : Seal::kBroken;
@@ -90,7 +90,7 @@ PluginCard read_card(const std::filesystem::path& file) {
 
   Elf64_Shdr section;
   PluginCard card;
-  // Some sanitizers make room behind it.
+  // Some sanitizers add padding after it.
   if (!find_section(in, elf, ".sim_plugin", section) || section.sh_size < sizeof card ||
       !read_at(in, section.sh_offset, card)) {
     if (in.bad()) refuse_for_now(file, EIO);

@@ -1,4 +1,4 @@
-// Plugins that are part of a program, instead of libraries that it opens.
+// Plugins that are linked into a program, instead of being opened as libraries.
 #pragma once
 
 #include <span>

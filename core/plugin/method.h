@@ -1,4 +1,4 @@
-// A method of integration with values for its parameters: as it is asked for, and looked up.
+// A method of integration with values for its parameters: as requested, and as resolved.
 #pragma once
 
 #include <map>
@@ -25,17 +25,17 @@ struct MethodChoice {
   MethodChoice(std::string method, std::map<std::string, Value> values = {})
       : name(std::move(method)), given(std::move(values)) {}
 
-  // This choice if it names a method, or else `own` with the values given here in place of its own.
+  // This choice if it names a method, or else `own` with the values given here replacing its own.
   MethodChoice over(const MethodChoice& own) const;
 
-  // True if the names are the same and the values read the same.
+  // True if names and values are equal as text.
   friend bool operator==(const MethodChoice& a, const MethodChoice& b);
 };
 
-// A method that exists, with values that were checked. A value; its registry must outlive it.
+// A method that exists, with checked values. A value; its registry must outlive it.
 class Method {
  public:
-  // Throws Error as Registry::get and Params.
+  // Throws the errors of Registry::get and Params.
   Method(Registry& registry, const MethodChoice& choice, const SourceLocation& place = {});
   Method(Registry& registry, const Plugin<Integrator>& plugin,
          std::map<std::string, Value> given = {}, const SourceLocation& place = {});

@@ -67,7 +67,7 @@ bool is_number(const Value& value) {
   return std::holds_alternative<double>(value) || std::holds_alternative<std::int64_t>(value);
 }
 
-// A path of one point.
+// The path of a single point.
 class AtRest final : public RigidMotion {
  public:
   explicit AtRest(const Vec3& place) : place_(place) {}

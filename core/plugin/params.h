@@ -1,4 +1,5 @@
-// Parameters of plugins: declared once, in the registration, where what a scene says is checked.
+// Parameters of plugins: declared once, in the registration, by which the values of scenes are
+// checked.
 #pragma once
 
 #include <cstdint>
@@ -57,10 +58,10 @@ class Params {
  public:
   Params() = default;
 
-  // Checks `given` against `declared` and fills in the defaults; with `free_numbers` other names
-  // may be given numbers. Throws Error{kScene} naming `owner` ("force 'spring'") and the place for
-  // an unknown name, a wrong type or a bad value, or where one is required that elements cannot
-  // give either.
+  // Checks `given` against `declared` and fills in the defaults; with `free_numbers` numbers of
+  // other names are accepted. Throws Error{kScene} naming `owner` ("force 'spring'") and the place
+  // for an unknown name, a wrong type or a bad value, or for a missing required one that elements
+  // cannot give either.
   Params(const std::string& owner, std::span<const Param> declared,
          const std::map<std::string, Value>& given, const SourceLocation& place,
          bool free_numbers = false);

@@ -1,5 +1,5 @@
-// The exports of a plugin library: a card of constant data, judged before any of its code runs, and
-// one function that registers its plugins.
+// The exports of a plugin library: a card of constant data, checked before any of its code runs,
+// and one function that registers its plugins.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ struct PluginCard {
   char build[128];
 };
 
-// Sizes of the structs that cross the border between kernel and plugin.
+// Sizes of the structs that are exchanged between kernel and plugin.
 inline constexpr std::uint32_t kAbiSizes[6] = {sizeof(ParticleView), sizeof(Tile),
                                                sizeof(PluginInfo),   sizeof(Param),
                                                sizeof(Stage),        sizeof(IntegratorInfo)};
@@ -44,7 +44,7 @@ constexpr PluginCard make_card(std::string_view names) {
   return card;
 }
 
-// Handed to the library's registration function.
+// The argument of the library's registration function.
 class Registrar {
  public:
   template <class Object>  // of every kind

@@ -14,7 +14,7 @@ namespace sim {
 
 struct MethodChoice;  // core/plugin/method.h
 
-// Help, checks and `sim describe` all come from here.
+// The single source of help, checks and `sim describe`.
 struct PluginInfo {
   std::string name = {};
   std::string summary = {};  // one line
@@ -27,11 +27,11 @@ struct PluginInfo {
   bool free_numbers =
       false;  // forces, fields: other names than those of `params` may be given numbers
   bool reads_particles = false;  // forces: Elements::carried is filled in
-  // Memory that an element of it takes besides what it joins, bytes, for an estimate before a run:
+  // Memory, bytes, that an element takes besides the parts it joins, for an estimate before a run:
   // a tie, a cell, or a triangle of a surface.
   double element_bytes = 0;
-  // Parameters with which it works, tied where it takes ties; not needed where those that are
-  // required may have any value of their type.
+  // Parameters with which it works, tied if it takes ties; not needed if the required ones may have
+  // any value of their type.
   ValueMap example = {};
 
   std::vector<std::string> aliases = {};  // the rest is filled in by the registry
@@ -53,7 +53,7 @@ using OtherIntegrator = std::function<std::unique_ptr<Integrator>(const MethodCh
 template <>
 struct Plugin<Integrator> : PluginInfo {
   Kind<Integrator>::Make make;
-  // Instead of `make`, for a method built on others, which it may ask for as long as it lives.
+  // Replaces `make` for a method built on others, which it may request for as long as it lives.
   std::function<std::unique_ptr<Integrator>(const Params&, const OtherIntegrator&)>
       make_from_others = {};
 };

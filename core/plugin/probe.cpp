@@ -21,7 +21,7 @@
 namespace sim {
 namespace {
 
-// Makes what takes no more than parameters, or those and elements of which there are none.
+// Makes the plugins that need no more than parameters, or parameters and no elements.
 struct Maker final : Registrar {
   void keep(std::shared_ptr<PluginInfo> plugin) override {
     try {
@@ -66,7 +66,7 @@ struct Maker final : Registrar {
 
 }  // namespace
 
-// The child holds the writing end of a pipe, which is closed when it ends, however it does.
+// The child holds the write end of a pipe, which is closed when it ends in any way.
 std::string tried_by_child(const std::function<void()>& work, double seconds) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) fail_to_start(errno);

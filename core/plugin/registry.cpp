@@ -16,11 +16,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The "file" of what is linked in, as errors and descriptions name it.
+// The "file" of linked plugins in errors and descriptions.
 constexpr const char* kProgram = "the program";
 
-// A name that two libraries have. Unlike a broken library it stops everything: the kernel does not
-// guess which of the two was meant.
+// A name in two libraries. Unlike a broken library it is fatal: the kernel does not guess which of
+// the two was meant.
 struct Taken : Error {
   using Error::Error;
 };
@@ -51,8 +51,8 @@ std::vector<fs::path> libraries_below(const fs::path& directory) {
 }  // namespace
 
 struct Registry::Impl {
-  // A library in the search path, or what would be one but is linked in: what its card promises,
-  // and whether it has been opened.
+  // A library in the search path, or its linked equivalent: the contents of its card, and whether
+  // it has been opened.
   struct Library {
     fs::path file, canonical;
     PluginKind kind;
@@ -62,7 +62,7 @@ struct Registry::Impl {
     std::uint64_t hash = 0;  // of its content, once it is open
   };
 
-  // Takes what one library registers, and holds it to its card.
+  // Collects the plugins that one library registers, and checks them against its card.
   struct Collector final : Registrar {
     Collector(Impl& owner, const Library& source) : impl(owner), library(source) {}
     void keep(std::shared_ptr<PluginInfo> plugin) override {
@@ -105,8 +105,8 @@ struct Registry::Impl {
 
   Shelf& of(const PluginKind& kind) { return shelves[kind.number]; }
 
-  // The library of that file, noted under its names; known already if it is the same file by
-  // another way. A name that is taken is an error.
+  // Enters the library of that file under its names; known already if it is the same file by
+  // another path. A name that is taken is an error.
   Library& enter(const fs::path& file) {
     std::error_code failed;
     fs::path canonical = fs::canonical(file, failed);
@@ -185,7 +185,7 @@ struct Registry::Impl {
   const PluginInfo& get(const PluginKind& kind, const std::string& name,
                         const SourceLocation& place) {
     if (const PluginInfo* const plugin = find(kind, name)) return *plugin;
-    // A library of that name was there, but could not be used: its own reason helps more.
+    // A library of that name was found, but is unusable: its own reason helps more.
     for (const auto& [file, error] : refused)
       if (file.stem() == name) throw error;
     throw Error(
@@ -201,7 +201,7 @@ Registry::Registry(const std::vector<fs::path>& directories, const std::vector<f
     : impl_(std::make_unique<Impl>()) {
   impl_->probe = probe;
   for (const LinkedPlugin& plugin : linked) impl_->enter(plugin);
-  // A broken library must not keep the others from being used: it is told when it is asked for.
+  // A broken library must not prevent the use of others: it is reported when it is requested.
   for (const fs::path& directory : directories)
     for (const fs::path& file : libraries_below(directory)) {
       try {
@@ -209,7 +209,7 @@ Registry::Registry(const std::vector<fs::path>& directories, const std::vector<f
       } catch (const Taken&) {
         throw;
       } catch (const Error& error) {
-        // Plugins that the machine cannot read now would be missing without a word.
+        // Plugins that cannot be read now would be missing silently.
         if (error.kind() == ErrorKind::kIo) throw;
         impl_->refused.emplace_back(file, error);
         impl_->rejected.push_back(error.what());

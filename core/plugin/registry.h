@@ -1,4 +1,4 @@
-// The plugins one kernel can use: found by name, opened only when named.
+// The registry: the plugins of a kernel, found by name and opened only when named.
 #pragma once
 
 #include <filesystem>
@@ -17,9 +17,9 @@ namespace sim {
 class Registry {
  public:
   // Directories are searched in order; each has a folder for each kind, or holds the libraries.
-  // Nothing of them is opened yet; the `libraries` are, at once. A directory that cannot be read is
-  // an error, and so is a name that two libraries have. Methods refer to their registry: it stays.
-  // `probe`: each library is tried first, see probe_library(). `linked` are known besides.
+  // None of these is opened yet; the `libraries` are, at once. A directory that cannot be read is
+  // an error, and so is a name in two libraries. Methods refer to their registry, which outlives
+  // them. `probe`: each library is probed first, see probe_library(). `linked` plugins are added.
   explicit Registry(const std::vector<std::filesystem::path>& directories,
                     const std::vector<std::filesystem::path>& libraries = {}, bool probe = false,
                     std::span<const LinkedPlugin> linked = {});
@@ -27,11 +27,11 @@ class Registry {
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  // Opens one now, unless it is open. Throws Error{kPlugin} with the reason.
+  // Opens a library now, unless it is open. Throws Error{kPlugin} with the reason.
   void load(const std::filesystem::path& library);
 
-  // The plugin of that name or alias, opened if it was not. Throws Error{kScene} for an unknown
-  // name (with the nearest known one) and Error{kPlugin} for a library that cannot be used.
+  // The plugin of that name or alias, opened on demand. Throws Error{kScene} for an unknown name
+  // (with the nearest known one) and Error{kPlugin} for an unusable library.
   template <class Object>
   const Plugin<Object>& get(const std::string& name, const SourceLocation& place = {}) {
     return static_cast<const Plugin<Object>&>(get(kind_of<Object>, name, place));
@@ -46,14 +46,14 @@ class Registry {
   }
   std::vector<std::string> names(const PluginKind& kind) const;
 
-  // The same, but null for an unknown name; and every kind's plugin of that name.
+  // The same, but null for an unknown name; and the plugins of that name of every kind.
   const PluginInfo* find(const PluginKind& kind, const std::string& name);
   std::vector<const PluginInfo*> find(const std::string& name);
-  // The files of the libraries that can be used, or of those alone that were opened.
+  // The files of all usable libraries, or only of those that were opened.
   std::vector<std::filesystem::path> libraries(bool opened = false) const;
-  // The open libraries that a scene can name, as they were when they were opened.
+  // The open libraries that a scene can name, as they were when opened.
   std::vector<InputFile> inputs() const;
-  // Libraries that were found in the directories but cannot be used, with the reason.
+  // Libraries in the directories that cannot be used, with the reason.
   const std::vector<std::string>& rejected() const;
 
  private:

@@ -23,7 +23,7 @@ void SdfCollider::prepare_interval(double t0, double t1) {
   last_ = t1 > t0 ? motion_->at(t1, center_) : first_;
 }
 
-// Between two looks the cubic through both ends (Hermite).
+// Between two samples the motion is the cubic through both ends (Hermite).
 Pose SdfCollider::pose(double t) const {
   if (!motion_) return {.center = center_};
   if (!motion_->sampled()) return motion_->at(t, center_);
@@ -76,7 +76,7 @@ double SdfCollider::clearance(double t, const Vec3& middle, const Vec3& half) co
   const Pose pose = this->pose(t);
   const Vec3 x = motion_ ? pose.turned_back(middle - pose.center) : Vec3(middle - center_);
   if (inside_) return -distance(x).gap - thickness_ - half.norm();
-  // A turned box lies in the box of its half diagonal.
+  // A rotated box is inside the cube of its half diagonal.
   const bool turned = pose.sine != 0 || pose.cosine != 1;
   return (turned ? distance(x).gap - half.norm() : least(x, half)) - thickness_;
 }
@@ -85,7 +85,7 @@ double SdfCollider::max_speed(double t0, double /*t1*/) const {
   if (!motion_) return 0;
   if (!motion_->sampled())
     return motion_->max_speed() + motion_->max_angular_speed() * turning_radius(pose(t0).axis);
-  // The derivative of the cubic is within the hull of its Bezier points.
+  // The derivative of the cubic is inside the convex hull of its Bezier points.
   const double a = first_.velocity.norm(), b = last_.velocity.norm();
   if (!(t1_ > t0_)) return std::max(a, b);
   const Vec3 way = 3 / (t1_ - t0_) * (last_.center - first_.center);

@@ -1,5 +1,5 @@
-// The common part of colliders with a signed distance: their material, their thickness, and how
-// they move.
+// The common part of colliders with a signed distance: their material, their thickness, and their
+// motion.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@
 
 namespace sim {
 
-// A shape about the origin that moves as a rigid body. A derived class gives the shape; `inside`
-// makes all around it solid.
+// A shape about the origin that moves as a rigid body. A derived class gives the shape; with
+// `inside` everything around it is solid.
 class SdfCollider : public Collider {
  public:
   ContactMaterial material() const final { return surface_; }
@@ -29,7 +29,7 @@ class SdfCollider : public Collider {
   std::string note() const final { return motion_ ? motion_->note() : ""; }
 
  protected:
-  // From solid_params(); center: of the body at rest, and of its rotations.
+  // Reads solid_params(); center: of the body at rest, and of its rotations.
   SdfCollider(const Params& params, const Vec3& center);
 
   struct Distance {
@@ -44,13 +44,13 @@ class SdfCollider : public Collider {
   // See Collider::as_primitive, for the shape about the origin.
   virtual PrimitiveSurface plain_form() const { return {}; }
 
-  // See Collider::clearance, for the shape that is not rotated; `half` where it may be.
+  // See Collider::clearance, for the shape without rotation; `half` bounds the box.
   virtual double least(const Vec3& middle, const Vec3& half) const {
     return distance(middle).gap - half.norm();
   }
 
-  // m, from the origin to the farthest point of the shape that a turn about an axis moves in
-  // directions other than along the surface.
+  // The distance, m, from the origin to the farthest point of the shape that a rotation about an
+  // axis moves in directions other than along the surface.
   virtual double turning_radius(const Vec3& /*axis*/) const { return 0; }
 
   bool inside() const { return inside_; }
@@ -68,14 +68,14 @@ class SdfCollider : public Collider {
   Pose first_, last_;
 };
 
-// The material from the parameters `restitution`, `friction` and `law`; a law takes the place of
-// the numbers. Throws Error{kScene} where both are given.
+// The material from the parameters `restitution`, `friction` and `law`; a law replaces the numbers.
+// Throws Error{kScene} if both are given.
 ContactMaterial surface_from(const Params& params);
 
 // The declarations of these three parameters.
 ParamList surface_params();
 
-// The parameters of a solid behind its own, but for `inside` where there is no room inside.
+// The own parameters of a solid, followed by the common ones; `inside` only if `room`.
 ParamList solid_params(ParamList own, bool room = true);
 
 }  // namespace sim

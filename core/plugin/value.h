@@ -28,11 +28,11 @@ using OdeFunction =
     std::function<void(double t, std::span<const double> x, std::span<double> dxdt)>;
 
 // A function of single particles, f(t, i, x, v): its numbers for each id, one id after the other;
-// how many an id, the size of `out` says. One thread at a time. May throw Error{kScene}.
+// their count per id follows from the size of `out`. One thread at a time. May throw Error{kScene}.
 using ParticleFunction =
     std::function<void(const ParticleView& view, std::span<const int> ids, std::span<double> out)>;
 
-// A collider that a scene names: each user has one of its own.
+// A collider given in a scene: each user gets an instance of its own.
 struct ColliderMaker {
   std::function<std::unique_ptr<Collider>()> make;
   std::string text;  // what the scene says of it
@@ -49,7 +49,7 @@ using AnyValue = std::variant<std::monostate, bool, std::int64_t, double, std::s
                               std::shared_ptr<const ColliderMaker>, std::shared_ptr<const Curve>,
                               Colliders, Bodies, List, std::shared_ptr<const ContactLaw>>;
 
-// Here and in ValueMap the members that every plugin uses are compiled once, in the kernel.
+// Here and in ValueMap, the members that every plugin uses are compiled once, in the kernel.
 class Value : public AnyValue {
  public:
   Value();
@@ -66,7 +66,7 @@ class Value : public AnyValue {
   ~Value();
 };
 
-// By the names of parameters.
+// Values by the names of parameters.
 class ValueMap : public std::map<std::string, Value> {
  public:
   ValueMap();

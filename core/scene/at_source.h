@@ -1,4 +1,4 @@
-// Errors of what a part of a scene is made by, with the place of the part.
+// Adds the source location of a part of a scene to errors that occur while it is made.
 #pragma once
 
 #include "core/base/error.h"

@@ -1,4 +1,4 @@
-// The attachments of a part of a scene: particles, or nodes where points of bodies are among them.
+// The attachments of a part of a scene: particles, or nodes if points of bodies are among them.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// The ties of a scene that may break, numbered over all of its forces, and which ones are broken.
+// The breakable ties of a scene, numbered over all of its forces, and the set of broken ones.
 #pragma once
 
 #include <array>
@@ -14,26 +14,26 @@
 
 namespace sim {
 
-// Ties break between steps, all that the state at the end of a step takes beyond their limit, in
-// the order of the scene: no thread and no method has a say in it.
+// Ties break between steps: all that are loaded beyond their limit at the end of a step, in the
+// order of the scene, independently of threads and methods.
 class Breaking {
  public:
-  // Every force of the scene in its order, with the name of its switch; empty: it has none.
+  // Adds every force of the scene in its order, with the name of its switch; empty: none.
   void add(Force& force, const std::string& switch_name);
-  // Once they are bound.
+  // Called once all forces are bound.
   void begin();
 
   bool any() const { return count_ > 0; }
   int count() const { return count_; }
 
-  // The whole ties of forces that are on which this state takes beyond their limit, ascending.
+  // The unbroken ties of active forces that this state loads beyond their limit, ascending.
   std::vector<int> overloaded(const ParticleView& view, std::span<const std::string> off) const;
   std::vector<int> whole_between(int a, int b) const;
   double energy(const ParticleView& view, std::span<const int> ties) const;  // J
 
   // Replaces the set of broken ties, ascending.
   void set_broken(std::span<const int> ties);
-  // Pairs that ties joined and that nothing joins any more, the lower id first, ascending.
+  // Pairs whose ties broke and that nothing else joins, the lower id first, ascending.
   std::span<const std::array<int, 2>> torn() const { return torn_; }
 
  private:

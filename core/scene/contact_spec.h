@@ -11,7 +11,7 @@
 
 namespace sim {
 
-// Surfaces, as `sim.contact` lists them. A value that is the default of the plugin is not given.
+// Surfaces, as `sim.contact` lists them. Values equal to the plugin's default are left out.
 struct ContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces = {};
   std::map<std::string, Value> given = {};

@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-// Bytes, nine tenths of what was measured of the scenes of this program from 400 x 400 on.
+// Bytes, nine tenths of the measured use of this program's scenes from 400 x 400 on.
 constexpr double kParticle = 240;   // its description, X twice, what a step keeps of it
 constexpr double kStage = 8;        // more for each evaluation of a step
 constexpr double kEmbedded = 300;   // what an adaptive method keeps besides
@@ -95,7 +95,7 @@ MemoryEstimate memory_estimate_of_files(const SystemSpec& spec, int files) {
   MemoryEstimate needs;
   if (!spec.particles || files == 0) return needs;
   const auto n = static_cast<double>(spec.particles->count());
-  // Each file has a model of the scene, and there is one more while they are made.
+  // Each file has a model of the scene, and one more exists while they are made.
   needs.parts.emplace_back(
       "models of the scene",
       (files + 1) * (kModelParticle * n + kModelTie * elements_of(spec, false)));

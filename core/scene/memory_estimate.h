@@ -11,7 +11,7 @@
 
 namespace sim {
 
-// Bytes, as measured of running systems: what is sure to be needed, not what may be.
+// Bytes, as measured of running systems: a lower bound of the need.
 struct MemoryEstimate {
   std::vector<std::pair<std::string, double>> parts;  // "particles", "springs", ...
 
@@ -21,10 +21,10 @@ struct MemoryEstimate {
 
 MemoryEstimate memory_estimate(const SystemSpec& spec, const IntegratorInfo& method,
                                Registry& registry);
-// Besides those of the system: of so many files of frames.
+// The additional need of so many files of frames.
 MemoryEstimate memory_estimate_of_files(const SystemSpec& spec, int files);
 
-// Throws Error{kIo} where that is more than is left.
+// Throws Error{kIo} if that is more than is left.
 void require_room(const SystemSpec& spec, const IntegratorInfo& method, Registry& registry);
 void require_room_for_files(const SystemSpec& spec, int files);
 

@@ -32,7 +32,7 @@ struct ParticleSpec {
   double mass = 1;               // kg
 };
 
-// A particle that is pinned to a path.
+// A particle pinned to a path.
 struct PrescribedSpec {
   int particle = 0;
   std::shared_ptr<const RigidMotion> path;

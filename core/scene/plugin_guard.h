@@ -1,5 +1,5 @@
-// Code of plugins, from where it is called: its exceptions become errors that name it, and how this
-// thread rounds stays as it was.
+// Guards calls of plugin code: exceptions become errors that name the plugin, and the rounding mode
+// of this thread is restored.
 #pragma once
 
 #include <new>
@@ -11,9 +11,8 @@
 
 namespace sim {
 
-// The exception that is being handled, as an error of `who` ("force 'spring' of spring.so") in
-// `what`
-// ("its constructor"). Errors, and memory that ran out, pass as they are.
+// The current exception, as an error of `who` ("force 'spring' of spring.so") in `what` ("its
+// constructor"). Errors, and exhausted memory, are passed on unchanged.
 [[noreturn]] void rethrow_from_plugin(const std::string& who, const SourceLocation& place,
                                       const std::string& what);
 

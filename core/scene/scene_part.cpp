@@ -57,7 +57,7 @@ class Selection {
     return left;
   }
 
-  // Null where none of its triangles is left.
+  // Null if none of its triangles is left.
   Surface surface(const Surface& whole) const {
     std::vector<TriangleMesh::Triangle> triangles;
     for (const TriangleMesh::Triangle& all : whole->triangles())
@@ -67,7 +67,7 @@ class Selection {
     return std::make_shared<const TriangleMesh>(count(), std::move(triangles));
   }
 
-  // False where nothing is left of the part.
+  // False if nothing is left of the part.
   bool keep(PartSpec& part) const {
     if (!part.elements.empty()) {
       part.elements = elements(part.elements);

@@ -1,4 +1,4 @@
-// A scene as plain data: what a Lua file (or a C++ caller) says, before anything is compiled.
+// A scene as plain data: the contents of a Lua file (or of a C++ caller), before compilation.
 #pragma once
 
 #include <functional>
@@ -54,20 +54,20 @@ struct LookSpec {
 
 class Simulation;
 
-// A quantity of the scene's own. Not finite: not known. May throw Error{kScene}.
+// A quantity observed by the scene. Not finite: not known. May throw Error{kScene}.
 struct ObserverSpec {
   std::string name;
   std::function<double(const Simulation&)> value;
 };
 
-// An error that a run may have, of positions or of the numbers of a flat state: a share of the size
-// of the scene, or in m.
+// An allowed error of a run, of positions or of the numbers of a flat state: a share of the size of
+// the scene, or in m.
 struct AllowedError {
   double value = 0;
   bool in_metres = false;
 };
 
-// Islands, the particles that elements join, take no steps once they have rested.
+// Sleeping: islands, the particles that elements join, take no steps once they have rested.
 struct SleepSpec {
   double energy = 0;   // J, > 0: the kinetic energy of an island at rest stays below it
   double after = 0.5;  // s, > 0: for so long
@@ -93,8 +93,8 @@ struct SystemSpec {
   std::optional<AllowedError> error;  // method and step of a run are then chosen to keep it
   std::optional<SleepSpec> sleep;     // none: all take all steps
   SourceLocation place;
-  // Exact solution where the scene has one: the state (as in FirstOrderSpec::state, or the
-  // positions of the particles) at time t.
+  // Exact solution, if the scene has one: the state (as in FirstOrderSpec::state, or the positions
+  // of the particles) at time t.
   std::function<std::vector<double>(double t)> exact;
   bool one_thread = false;  // its steps call functions that know no threads
   LookSpec look;
@@ -102,8 +102,8 @@ struct SystemSpec {
   std::vector<double> observe(const Simulation& system) const;  // what each of them says
 };
 
-// Gives the particles of cells the mass of these, where their force has a parameter `density`: a
-// share of rho V of each cell to each of its particles, as lumped_mass() cuts it.
+// Gives the particles of cells the mass of these, if their force has a parameter `density`: a share
+// of rho V of each cell to each of its particles, by lumped_mass().
 void weigh_cells(SystemSpec& spec);
 
 // A parameter of the scene itself: sim.arg(name, default, doc).

@@ -20,7 +20,7 @@
 
 namespace sim {
 namespace {
-// Small scenes are faster on one thread: threads wait for each other some times a step, and on a
+// Small scenes are faster on one thread: threads wait for each other several times a step, and on a
 // busy machine that costs far more than it saves.
 constexpr int kParticlesPerThread = 2048;
 constexpr int kLeastPerThread = 256;  // where the run finds out by itself
@@ -30,7 +30,7 @@ int useful_threads(Threads threads, int particles) {
   return std::clamp(particles / each, 1, threads.most);
 }
 
-// Scenes from Lua have been checked with their lines; this holds specs made in C++ to the same.
+// Scenes from Lua have been checked with their lines; this checks specs made in C++ likewise.
 void check(const SystemSpec& spec) {
   const auto refuse = [&](const std::string& why, const SourceLocation& place) {
     throw Error(ErrorKind::kScene, {"scene '" + spec.name + "'", place, why, ""});
@@ -343,7 +343,7 @@ int Simulation::steps(std::int64_t most) {
   return now.taken;
 }
 
-// A method that chooses its steps answers for any time between them; the others begin anew.
+// A method with adaptive steps gives any time between them by dense output; the others restart.
 bool Simulation::step_to(double end) {
   Impl& s = *impl_;
   const double short_h = end - t();

@@ -28,7 +28,7 @@ struct RunOptions {
   Threads threads{};
 };
 
-// The islands of a scene that take no steps because they rest.
+// The islands of a scene, and those asleep.
 struct SleepAccount {
   int islands = 0, asleep = 0;
   double since = 0;  // s, when the last of those asleep fell asleep
@@ -42,15 +42,15 @@ struct Energy {
 
 class Simulation {
  public:
-  // Throws Error{kScene} or Error{kPlugin}; nothing throws afterwards but what is written in Lua.
+  // Throws Error{kScene} or Error{kPlugin}; afterwards only code written in Lua can throw.
   Simulation(const SystemSpec& spec, Registry& registry, const RunOptions& options = {});
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  // One step of size h. False when it fails: all is as before it; divergence() says why and where.
+  // Takes one step of size h. False if it fails: nothing changes; divergence() tells why and where.
   bool step();
-  // Up to `most` steps, of which only the last state is kept; how many were taken, 0 if none could.
+  // Takes up to `most` steps, storing only the last state; returns their number, 0 if none could.
   int steps(std::int64_t most);
   bool step_to(double end);  // a shorter one, to that time; those after it have the size h again
   void stop_when(std::function<bool()> stop);  // asked in long steps: true ends them, kStopped
@@ -94,18 +94,17 @@ class Simulation {
   Snapshot snapshot() const;
   Snapshot snapshot_without_state() const;  // for who reads state()
   void restore(const Snapshot& snapshot);   // of this system: it goes on from there bit for bit
-  // Changes between two steps, in m and m/s. Each throws Error{kUsage}, or what a plugin throws,
+  // Changes between two steps, in m and m/s. Each throws Error{kUsage}, or an error of a plugin,
   // and then leaves all as it was. A particle that is pinned or unpinned is at rest.
   void set_position(int i, const Vec3& x);
   void set_velocity(int i, const Vec3& v);
   void set_component(int i, double value);
   void set_pinned(int i, bool hold);
-  // By a hand: while it is held it keeps the velocity that it is given; let go, it flies on.
+  // Holds a particle for the user: while held it keeps the given velocity; released, it flies on.
   void set_held(int i, bool hold);
   bool pinned(int i) const;
   void set_switch(const std::string& name, bool on);
-  // Breaks the ties between two particles that may break. Throws Error{kUsage} where there are
-  // none.
+  // Breaks the breakable ties between two particles. Throws Error{kUsage} if there are none.
   void cut(int a, int b);
   std::vector<std::pair<std::string, bool>> switches() const;  // name, on; in order of names
   void set_dt(double new_h);                                   // t goes on from where it is
@@ -119,7 +118,7 @@ class Simulation {
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
   int breakable_ties() const;                                  // that may break
   bool breaks() const { return breakable_ties() > 0; }
-  // Pairs of particles that nothing holds together any more, the lower id first, ascending.
+  // Pairs whose ties broke and that nothing else joins, the lower id first, ascending.
   std::span<const std::array<int, 2>> torn() const;
 
  private:

@@ -66,8 +66,8 @@ Snapshot Simulation::snapshot() const {
 
 Snapshot Simulation::snapshot_without_state() const {
   const Impl& s = *impl_;
-  // Behind the memory of the method that of each correction, and its size; or all that of the
-  // awake ones, where islands sleep. Then the sleep's, likewise.
+  // The memory of the method is followed by that of each correction, with its size; or by all that
+  // of the awake system, if islands sleep. Then that of sleeping, likewise.
   std::vector<double> memory;
   const auto add = [&](const std::vector<double>& own) {
     memory.insert(memory.end(), own.begin(), own.end());
@@ -119,7 +119,7 @@ void Simulation::restore(const Snapshot& snapshot) {
   if (!memory.empty()) s.integrator->recall(memory);
 }
 
-// A change by hand that breaks constraints moves the others, too, or is refused.
+// A user's change that breaks constraints moves the others, too, or is refused.
 void Simulation::Impl::change(const std::function<void()>& make) {
   const std::vector<double> before(x.data(), x.data() + x.size());
   make();
@@ -295,7 +295,7 @@ std::vector<ForceShare> Simulation::forces_on(int i) const {
   return std::move(forces_on(i, i + 1).front());
 }
 
-// Springs are told apart by their families, everything else by its plugin.
+// Springs are distinguished by their families, everything else by its plugin.
 std::vector<std::vector<ForceShare>> Simulation::forces_on(int begin, int end) const {
   const Impl& s = *impl_;
   std::vector<std::vector<ForceShare>> all(static_cast<std::size_t>(end - begin));

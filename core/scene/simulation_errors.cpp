@@ -10,7 +10,7 @@
 
 namespace sim {
 
-// Names of springs stand in tables and reports.
+// Names of springs appear in tables and reports.
 void check_family(const std::string& name, const SourceLocation& place) {
   if (visible_line(name) != name)
     throw Error(ErrorKind::kScene,
@@ -18,7 +18,7 @@ void check_family(const std::string& name, const SourceLocation& place) {
                  "a name is one line without control characters", "write it in plain text"});
 }
 
-// A method that does not fit is told at the line of the force that it cannot take, if it is one.
+// A method that does not fit is reported at the line of the force that it cannot take, if any.
 Error Simulation::Impl::blaming_force(const Error& misfit, const SourceLocation& scene) const {
   ErrorText text = misfit.text();
   if (!text.where.empty()) return misfit;

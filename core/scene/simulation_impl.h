@@ -69,40 +69,39 @@ struct Simulation::Impl {
                                   static_cast<std::size_t>(component))];
   }
 
-  // Makes the integrator of these settings; as before when the plugin throws. A restart has to come
-  // before the next step.
+  // Makes the integrator of these settings; if the plugin throws, nothing changes. A restart has to
+  // come before the next step.
   IntegratorInfo info_of(const Method& method, const SourceLocation& place) const;
   void make_integrator(const Settings& wanted, const SourceLocation& place);
   Error blaming_force(const Error& misfit, const SourceLocation& scene) const;
-  // x_next := what corrections make of the step from t; false where one of them fails.
+  // x_next := the corrected step from t; false if a correction fails.
   bool correct(double t, double h);
-  // Steps where the scene lets islands sleep: up to `most` of the awake ones, at least one, or a
-  // single one to another `end`; how many were taken.
+  // Steps of a scene with sleeping islands: up to `most` of the awake ones, at least one, or a
+  // single one to another `end`; returns their number.
   int advance_awake(std::int64_t most, std::optional<double> end = {});
   bool some_sleep(double end);  // before a step to `end`: wakes the disturbed ones
   std::int64_t steps_to_look(std::int64_t most) const;
   void look_for_rest(double from);  // after steps
   void begin_awake();
   void wake(int particle);
-  // Around each correction: the books of a method of first order, late_work().
+  // Frames each correction: the accounts of a method of first order, late_work().
   void begin_books();
   double late_books(double t, double h) const;  // J, since then
-  // Ties that the state at the end of a step, x_next, takes beyond their limit are broken from then
-  // on.
+  // Breaks the ties that the state at the end of a step, x_next, loads beyond their limit.
   void break_ties(double end, double h);
   void set_broken(const std::vector<int>& more, double energy);  // besides, with that in them, J
   void set_torn(const std::vector<int>& broken);                 // tells what acts on surfaces
-  // Around a step: what contact does in it counts as far as the state after it is.
+  // Frames a step: the work of contact in it counts up to the reported state.
   void begin_contact(double t);
   void end_contact(double t);
   ImpactEvents* impact_events();  // of a method with steps of its own; null: it has none
   void restart();
-  // Steps with these settings from now on; as before when it throws.
+  // Steps with these settings from now on; if it throws, nothing changes.
   void adopt(std::shared_ptr<const Settings> wanted);
 
   // The exception of a step, as the error of the plugin that threw it.
   [[noreturn]] void rethrow_in_step();
-  // Changes x between two steps. Throws Error{kUsage} where constraints cannot be met then.
+  // Changes x between two steps. Throws Error{kUsage} if constraints cannot be satisfied then.
   void change(const std::function<void()>& make);
   void check_not_led(int i) const;  // throws Error{kUsage} where it is
 

@@ -67,7 +67,7 @@ std::unique_ptr<StepCorrection> Simulation::Impl::contact(const ContactSpec& spe
 
 namespace {
 
-// Bodies, particles and other bodies that a part joins.
+// Finds the bodies, particles and other bodies that a part joins.
 void find_tied(const PartSpec& part, const SystemSpec& spec, int n, bool bodies_too,
                BodyCollisionSpec& collision) {
   const std::vector<int>& ids = part.elements.ids;
@@ -106,8 +106,8 @@ std::optional<BodyCollisionSpec> Simulation::Impl::body_collision(const SystemSp
   return collision;
 }
 
-// Surfaces come last: they keep out of the bodies where these end. A contact without surfaces is
-// that of the bodies.
+// Surfaces come last: they keep out of the bodies in their final state. A contact without surfaces
+// is that of the bodies.
 void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registry) {
   std::unique_ptr<StepCorrection> surfaces;
   const bool of_bodies = spec.contact && spec.contact->surfaces.empty() && !spec.bodies.empty();

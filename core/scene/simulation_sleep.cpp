@@ -1,4 +1,4 @@
-// The steps of a simulation of which islands sleep.
+// The steps of a simulation with sleeping islands.
 #include <algorithm>
 
 #include "core/scene/simulation_impl.h"
@@ -14,7 +14,7 @@ bool Simulation::Impl::some_sleep(double end) {
   return sleep->any();
 }
 
-// All have woken: the method of the whole scene, and its corrections, have no history.
+// Once all are awake, the method of the whole scene and its corrections have no history.
 void Simulation::Impl::begin_awake() {
   for (const auto& correction : corrections)
     if (correction->has_memory()) correction->recall({});
@@ -23,7 +23,7 @@ void Simulation::Impl::begin_awake() {
 
 std::int64_t Simulation::Impl::steps_to_look(std::int64_t most) const {
   if (sleep->may_be_disturbed()) return 1;
-  // Without looks, a number that is soon counted.
+  // Without checks, a number of steps that is quickly counted.
   constexpr std::int64_t kMost = 4096;
   const double look = sleep->next_look(t(step_count));
   std::int64_t count = 1;

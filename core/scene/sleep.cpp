@@ -44,7 +44,8 @@ class Joined {
   std::vector<int> parent_;
 };
 
-// A force without elements acts on each particle by itself, or on surfaces, which are then one.
+// A force without elements acts on each particle by itself, or on surfaces, each of which is then
+// one island.
 void join_force(const PartSpec& part, const PluginInfo& plugin, Joined& joined) {
   part.elements.for_each([&](const Element& element) { joined.join(element.ids); });
   bool on_surface = false;
@@ -65,7 +66,7 @@ void join_constraint(const PartSpec& part, const PluginInfo& plugin, Joined& joi
   part.elements.for_each([&](const Element& element) { joined.join(element.ids); });
 }
 
-// m: the largest length among the values of a contact, within which it acts.
+// The range of contact, m: the largest length among its parameters.
 double reach_of(const ContactSpec& spec, Registry& registry) {
   const auto& plugin = registry.get<StepCorrection>(spec.plugin, spec.place);
   const Params params(plugin.title(), plugin.params, spec.given, spec.place);
@@ -157,7 +158,7 @@ void Sleep::rouse(std::size_t island) {
   --asleep_;
 }
 
-// The box of its particles now and, with the velocities of now, some seconds ahead.
+// The bounding box of its particles now and, with the present velocities, some seconds ahead.
 Sleep::Box Sleep::box(std::size_t island, const ParticleView& view, double ahead) const {
   const double most = std::numeric_limits<double>::infinity();
   Box box{Vec3(most, most, most), Vec3(-most, -most, -most)};
@@ -180,7 +181,7 @@ bool Sleep::near(const Box& a, const Box& b) const {
   return true;
 }
 
-// A gap closes no faster than max_speed(): until then no particle has to be asked again.
+// A gap closes no faster than max_speed(): until then no particle has to be tested again.
 bool Sleep::touches_moving(std::size_t island, const ParticleView& view, double until) {
   const Contacts& contacts = particles_->contacts();
   const double horizon = until + spec_.sleep->after;
@@ -211,8 +212,8 @@ void Sleep::accelerations(double t, const double* x) {
   particles_->accelerate(particles_->view(t, x), a.data());
 }
 
-// J that other forces than at the start would have given by the time after which it may fall
-// asleep: sum m |a - a_then|^2 after^2 / 2.
+// The energy, J, that the change of forces since then would have given by the time after which it
+// may fall asleep: sum m |a - a_then|^2 after^2 / 2.
 double Sleep::gain(std::size_t island) const {
   const Layout layout(particles_->layout().n(), 3);
   const std::span<const double> masses = particles_->masses();
@@ -327,7 +328,7 @@ void Sleep::wake_changed(double t, const double* x) {
     if (sleeps_[island] && !(gain(island) <= spec_.sleep->energy)) rouse(island);
 }
 
-// Springs and affine forces do not depend on time; others are looked at once in every `after`, for
+// Springs and affine forces do not depend on time; others are evaluated once in every `after`, as
 // that takes as long as a step of all.
 void Sleep::look(double from, double t, double* x) {
   const std::int64_t before = looks_until(from), now = looks_until(t);

@@ -1,4 +1,4 @@
-// Islands of particles that take no steps because they rest.
+// Sleeping: islands of particles that take no steps because they rest.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@
 namespace sim {
 
 // Elements of forces and constraints join particles to islands. One falls asleep, with all that are
-// near enough to touch it, when the kinetic energy of each was below SleepSpec::energy at all looks
+// near enough to touch it, if the kinetic energy of each was below SleepSpec::energy at all checks
 // for SleepSpec::after: its velocities become 0. The awake ones are a scene of their own, of these
-// particles alone, so that methods, contact and threads are the same as ever, and the sleeping
-// ones cost nothing. An island wakes when one that is awake comes near, a collider moves into it,
-// or the forces on it are no longer those of the moment when it fell asleep.
+// particles alone, so that methods, contact and threads are the same as without sleep, and the
+// sleeping ones cost nothing. An island wakes when an awake one comes near, a collider moves into
+// it, or the forces on it differ from those at the time when it fell asleep.
 class Sleep {
  public:
-  // registry outlives it; particles: of the whole scene, likewise. Throws Error{kScene} where
-  // forces or parts of the scene leave no islands, or remember.
+  // registry outlives it; particles: of the whole scene, likewise. Throws Error{kScene} if forces
+  // or parts of the scene leave no islands, or have internal variables.
   Sleep(const SystemSpec& spec, Registry& registry, Threads threads, ParticleSystem& particles);
   ~Sleep();
 
@@ -32,31 +32,30 @@ class Sleep {
 
   void wake(int particle);  // and all of its island
   void wake_all();
-  // Settings or states were changed: the awake ones begin anew before the next step.
+  // Settings or states were changed: the awake system restarts before the next step.
   void forget_scene() { scene_.reset(); }
 
-  // The moments of looks, 16 in each `after`, follow from that alone; they are not evenly spaced,
-  // so that no vibration rests at all of them. How many there are in [0, t], and the next one.
+  // The times of checks, 16 in each `after`, depend on that alone; they are not evenly spaced, so
+  // that no vibration rests at all of them. Their number in [0, t], and the next one.
   std::int64_t looks_until(double t) const;
   double next_look(double t) const { return moment(looks_until(t)); }
-  // Looks at the state x at t after steps from `from`, where a look is due: islands that have
-  // rested fall asleep, and their velocities in x become 0; those wake on which forces have
-  // changed.
+  // Checks the state x at t after steps from `from`, if a check is due: islands that have rested
+  // fall asleep, and their velocities in x become 0; islands whose forces have changed wake.
   void look(double from, double t, double* x);
 
-  // Islands may be disturbed in any step, by what moves.
+  // True if islands may be disturbed in any step by moving objects.
   bool may_be_disturbed() const;
-  // Before a step of h from x at t: wakes the disturbed ones.
+  // Called before a step of h from x at t: wakes the disturbed islands.
   void wake_disturbed(double t, double h, const double* x);
 
-  // The scene of all that is awake, at this snapshot of the whole scene, whose state is x; null:
-  // nothing is awake.
+  // The awake scene, at this snapshot of the whole scene, whose state is x; null: all are asleep.
   Simulation* awake_scene(const Snapshot& now, const double* x);
   Simulation* present_scene() const { return scene_.get(); }  // null: it begins anew
   void scatter(double* x) const;  // the state of that scene among that of all
   int id_of(int awake) const { return awake_.id(awake); }
 
-  // All that the next steps depend on, as finite numbers; false where they are of another scene.
+  // All that the next steps depend on, as finite numbers; recall() is false for those of another
+  // scene.
   std::vector<double> memory() const;
   bool recall(std::span<const double> memory, const double* x);
 

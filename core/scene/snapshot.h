@@ -18,8 +18,8 @@ struct Settings {
   std::vector<int> pinned;       // ids, ascending
   std::vector<std::string> off;  // switches of the scene that are off, in order of their names
   std::vector<int> held = {};    // by a hand: ids, ascending; pinned ones among them or not
-  // Ties that are broken: of the breakable ties of all forces, by the forces' order, ascending. And
-  // the energy that was in them when they broke, J.
+  // Broken ties: indices among the breakable ties of all forces, in the order of the forces,
+  // ascending; and the energy that was in them when they broke, J.
   std::vector<int> broken = {};
   double broken_energy = 0;
 

@@ -17,8 +17,8 @@ using What = Action::What;
 
 constexpr std::int64_t kMostMoveSteps = 1'000'000'000;
 
-// The words of each action; what follows: i a particle, x three numbers, n steps, s a switch,
-// v a number, m the name of a method.
+// The grammar of each action; i a particle, x three numbers, n steps, s a switch, v a number, m the
+// name of a method.
 struct Grammar {
   What what;
   const char* word;
@@ -159,8 +159,8 @@ Action parse_action(std::string_view text) {
   return ActionReader(text, *grammar, std::move(words)).read();
 }
 
-// Along a line, at one velocity: v = (x - x_0) / (n h). The particle has infinite mass, so that
-// every method takes it there by itself, through its stages, and nothing else need be told.
+// Moves along a line at one velocity: v = (x - x_0) / (n h). The particle has infinite mass, so
+// that every method moves it by itself, through its stages.
 void apply(Simulation& simulation, const Action& action) {
   switch (action.what) {
     case What::kGrab:

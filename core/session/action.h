@@ -1,5 +1,5 @@
-// An action of a user on a system between two steps, as a value: it can be kept, written down and
-// done again. The prompt, the page and the terminal change a running scene through these alone.
+// An action of a user on a system between two steps, as a value: it can be stored, written down and
+// repeated. The prompt, the page and the terminal change a running scene through these alone.
 #pragma once
 
 #include <cstdint>
@@ -47,15 +47,15 @@ struct Action {
 // "component 0 1.5", "reset". Numbers come back to the last bit.
 std::string to_text(const Action& action);
 
-// Throws Error{kUsage}, with what was expected.
+// Parses an action. Throws Error{kUsage}, with the expected syntax.
 Action parse_action(std::string_view text);
 
-// Does it, between two steps. Throws Error{kUsage} for a particle or a switch that is not there, a
-// number that is not finite, and a move of what nobody holds; then nothing has changed. A move sets
-// the velocity only: whoever steps has its end in Moves.
+// Applies an action between two steps. Throws Error{kUsage} for an unknown particle or switch, a
+// number that is not finite, and a move of a particle that is not held; then nothing has changed. A
+// move sets the velocity only: its end is in Moves.
 void apply(Simulation& simulation, const Action& action);
 
-// The moves that are going on.
+// The moves in progress.
 class Moves {
  public:
   void note(const Action& action, std::int64_t step);  // it was done at that step

@@ -30,10 +30,10 @@ std::uint64_t word_at(const char* bytes) {
   return word;
 }
 
-// The hash of bytes that come in pieces: words of 8 bytes, then the bytes behind the last one.
+// The hash of bytes that come in blocks: words of 8 bytes, then the remaining bytes.
 class ByteHash {
  public:
-  // All pieces but the last are whole words.
+  // All blocks but the last are whole words.
   void add(std::string_view bytes) {
     SIM_ASSERT(!ended_);
     ended_ = bytes.size() % 8 != 0;
@@ -74,7 +74,7 @@ class ByteWriter {
     integer(value.size());
     raw(value);
   }
-  // `zeros`: places of numbers that are written as 0, ascending.
+  // `zeros`: indices of numbers that are written as 0, ascending.
   void numbers(std::span<const double> values, std::span<const std::size_t> zeros = {}) {
     SIM_ASSERT(std::ranges::is_sorted(zeros) && (zeros.empty() || zeros.back() < values.size()));
     integer(values.size());
@@ -96,7 +96,7 @@ class ByteWriter {
  private:
   static constexpr std::size_t kBlock = 256;  // numbers
 
-  // Hands over all whole words.
+  // Passes on all whole words.
   void pass() {
     if (bytes_.size() < 8 * kBlock) return;
     const std::string_view whole = std::string_view(bytes_).substr(0, bytes_.size() / 8 * 8);
@@ -142,7 +142,7 @@ class Reader {
   const std::string& file_;
 };
 
-// The alternatives of Value that can be written down, by their place in it.
+// The alternatives of Value that can be stored, by their index.
 void write_value(ByteWriter& out, const Value& value) {
   out.integer(value.index());
   if (const auto* flag = std::get_if<bool>(&value)) {
@@ -187,7 +187,7 @@ bool all_finite(const std::vector<double>& values) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-// The first few of a list, and how many are left.
+// The first few of a list, and the number of the others.
 std::string first_of(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 4;
   const std::size_t count = std::min(kMost, names.size());
@@ -253,7 +253,7 @@ Checkpoint::System live_checkpoint(const Simulation& simulation, const SystemSpe
                                    double start_energy) {
   Snapshot snapshot = simulation.snapshot_without_state();
   const Settings& settings = *snapshot.settings;
-  // No hand comes back: what one holds is pinned.
+  // A user's hold does not persist: a held particle is pinned.
   std::vector<std::size_t> zeros;
   for (const int i : settings.held)
     for (std::size_t axis = 0; axis < 3; ++axis)

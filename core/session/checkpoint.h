@@ -1,4 +1,4 @@
-// A file from which a run goes on bit for bit.
+// Checkpoints: files from which a run continues bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct Checkpoint {
     std::vector<std::string> off;  // switches
     std::vector<double> x, memory;
     std::vector<double> work;  // WorkIntegral::memory(); empty: not known
-    // Instead of x, to be written: the state of a simulation, which outlives this, and the places
-    // in it of numbers that are written as 0, ascending.
+    // Replaces x when writing: the state of a simulation, which outlives this, and the indices of
+    // numbers that are written as 0, ascending.
     std::span<const double> live = {};
     std::vector<std::size_t> zeros = {};
     std::vector<int> broken = {};  // as in Settings
@@ -49,23 +49,24 @@ Checkpoint::System checkpoint(const Simulation& simulation, const SystemSpec& sp
 Checkpoint::System live_checkpoint(const Simulation& simulation, const SystemSpec& spec,
                                    double start_energy);
 
-// Puts the simulation where the checkpoint was made, with the integrator, step size and pins of
-// then. Throws Error{kCheckpoint} when it is of another scene; then nothing has changed. A system
-// without an identity may be of another scene with as many numbers.
+// Restores the simulation at the checkpoint, with its integrator, step size and pins. Throws
+// Error{kCheckpoint} if it is of another scene; then nothing has changed. A system without an
+// identity may be of another scene with as many numbers.
 void resume(Simulation& simulation, const SystemSpec& spec, const Checkpoint::System& saved,
             Registry& registry);
 
-// Little-endian: magic, version, contents, hash of all before it; handed over in small blocks.
+// Little-endian: magic, version, contents, hash of all before it; passed on in small blocks.
 void encode(const Checkpoint& checkpoint, const std::function<void(std::string_view)>& sink);
 std::string encode(const Checkpoint& checkpoint);
 
-// Bytes with their hash behind them, as the end of a checkpoint.
+// Bytes followed by their hash, as at the end of a checkpoint.
 std::string sealed(std::string_view bytes);
 
-// By its first bytes.
+// True by its first bytes.
 bool looks_like_checkpoint(std::string_view bytes);
 
-// Throws Error{kCheckpoint} for what is no checkpoint, cut off, damaged or of another version.
+// Throws Error{kCheckpoint} for data that is no checkpoint, truncated, damaged or of another
+// version.
 Checkpoint decode(std::string_view bytes, const std::string& file);
 
 }  // namespace sim

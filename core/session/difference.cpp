@@ -7,7 +7,7 @@
 namespace sim {
 namespace {
 
-// Doubles in their order as integers in theirs.
+// Maps doubles to integers in the same order.
 std::uint64_t rank(double value) {
   constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
   const auto bits = std::bit_cast<std::uint64_t>(value);
@@ -18,7 +18,7 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-// Calls visit(difference) for every number of both that differs until it answers false.
+// Calls visit(difference) for every number that differs until it answers false.
 template <class Visit>
 void compare(const Simulation& a, const Simulation& b, Visit visit) {
   const StatePart *part = nullptr, *same = nullptr;

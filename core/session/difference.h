@@ -20,11 +20,11 @@ struct Difference {
   std::uint64_t ulps() const;  // doubles from the one to the other; of -0 and 0 none
 };
 
-// The first number, by particle, whose bits differ. The simulations are of the same scene,
-// or parts of the state that only one of them has do not count.
+// The first number, by particle, whose bits differ. The simulations are of the same scene;
+// otherwise parts of the state that only one of them has do not count.
 std::optional<Difference> first_difference(const Simulation& a, const Simulation& b);
 
-// The number that differs most; of one position, velocity or component. Nothing when all are equal.
+// The number that differs most; of one position, velocity or component. Empty if all are equal.
 std::optional<Difference> largest_difference(const Simulation& a, const Simulation& b);
 
 }  // namespace sim

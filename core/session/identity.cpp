@@ -19,7 +19,7 @@ struct FieldsOf<Pose> {
 
 namespace {
 
-// Motions and colliders are code: two of them that agree at these times are taken to be the same.
+// Motions and colliders are code: two of them that agree at these times count as equal.
 constexpr double kTimes[] = {0, 0.7071, 1.618, 3.1416, 27.18};
 const Vec3 kPoints[] = {{0, 0, 0}, {0.7, -1.3, 2.1}, {-17, 11, 5}};
 
@@ -60,7 +60,7 @@ std::uint64_t digest(const ColliderMaker& maker) {
   return hash.value();
 }
 
-// At so many speeds that no parameter of a law shows between them alone.
+// Sampled at so many speeds that no parameter of a law acts between them alone.
 std::uint64_t digest(const ContactLaw& law) {
   constexpr double kSlowest = 1e-9, kFastest = 1e4, kRatio = 1.3;  // m/s
   StateHash hash;
@@ -92,7 +92,7 @@ void add(const std::string& path, const T& value, SceneIdentity& out) {
   } else if constexpr (std::is_same_v<T, std::map<std::string, Value>>) {
     for (const auto& [name, each] : value) out[path + "." + name] = digest(each);
   } else if constexpr (std::is_same_v<T, ContactSpec>) {
-    // Its values were fields once, and are still known as such to checkpoints.
+    // Its values were fields in earlier versions, and checkpoints still know them as such.
     out[path] = 0;
     each_own_field(value, [&](const StructField& field, const auto& content, std::uint64_t) {
       if (field.name != std::string_view("given")) add(path + "." + field.name, content, out);

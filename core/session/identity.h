@@ -1,4 +1,4 @@
-// The identity of a scene: equal where two scenes say the same, part by part.
+// The identity of a scene: equal for scenes with the same contents, part by part.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace sim {
 
-// Objects that values refer to; motions, colliders and laws by what they do
-// at some times, places and speeds.
+// Digests of referenced objects; motions, colliders and laws are sampled at some times, points and
+// speeds.
 std::uint64_t digest(const TriangleMesh& mesh);
 std::uint64_t digest(const RigidMotion& motion);
 std::uint64_t digest(const Curve& curve);
@@ -20,8 +20,9 @@ std::uint64_t digest(const ColliderMaker& maker);
 std::uint64_t digest(const ContactLaw& law);
 std::uint64_t digest(const RigidBody& body);
 
-// A digest of each part that is not as in an empty scene, by its path: "contact.friction",
-// "forces[1] 'drag'.given.k". The code of functions is not in it: the inputs of a scene say that.
+// A digest of each part that differs from an empty scene, by its path: "contact.friction",
+// "forces[1] 'drag'.given.k". The code of functions is not included: the inputs of a scene cover
+// it.
 using SceneIdentity = std::map<std::string, std::uint64_t>;
 
 SceneIdentity scene_identity(const SystemSpec& spec);

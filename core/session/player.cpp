@@ -85,7 +85,7 @@ void Player::reset() {
   failed_ = -1;
 }
 
-// From where each system was: one that went on needs no word, for steps are counted.
+// Records the travel of each system; steps forward need no record, as they are counted.
 void Player::travelled(const std::vector<std::int64_t>& from) {
   for (RecordingWriter* writer : writers_)
     for (std::size_t i = 0; i < count(); ++i)
@@ -108,7 +108,7 @@ bool Player::go_to(std::int64_t target, const std::function<bool()>& go_on) {
 }
 
 bool Player::undo() {
-  // The part that began last is undone.
+  // The group of actions that began last is undone.
   std::size_t last = count();
   for (std::size_t i = 0; i < count(); ++i) {
     if (timelines_[i].actions() == 0) continue;
@@ -125,7 +125,7 @@ bool Player::undo() {
   if (count() == 1) return true;
   const double t = system(last).t();
   if (last == 0) return go_to(step());
-  // The clock goes to the last step that does not lead beyond.
+  // The clock goes to the last step that is not later.
   std::int64_t target = std::clamp(step_at(t), first(), known());
   return go_to(target);
 }

@@ -1,5 +1,5 @@
-// A scene that somebody plays with: its systems go together, back and forth, and hands act on them.
-// All of it can be recorded.
+// A scene under the control of users: its systems advance together, back and forth, and users act
+// on them. All of it can be recorded.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,15 @@
 
 namespace sim {
 
-// The first system is the clock: after each of its steps every other one goes on until its time is
-// not before that. Where a system stands is then a function of the clock alone.
+// The first system is the clock: after each of its steps every other one advances until its time is
+// not earlier. The step of a system is then a function of the clock alone.
 class Player {
  public:
-  // The systems outlive it, and nobody else steps them. `world`: their names tell them apart.
+  // The systems outlive it, and nobody else steps them. `world`: their names distinguish them.
   Player(std::vector<Simulation>& systems, bool world,
          std::size_t budget = Timeline::kDefaultBudget);
 
-  // Goes on with what was known of them; they are given back at the end.
+  // Continues with known timelines; they are returned at the end.
   Player(std::vector<Simulation>& systems, bool world, std::vector<Timeline> timelines);
   std::vector<Timeline> take_timelines();
 
@@ -38,16 +38,16 @@ class Player {
   std::int64_t known() const { return timelines_.front().last(); }   // as far as it has been
   std::int64_t first() const { return timelines_.front().first(); }  // as far back as it can go
 
-  // At most so many steps of the clock, at least one; 0: a step failed, see failed().
+  // Advances at most so many steps of the clock, at least one; 0: a step failed, see failed().
   std::int64_t advance(std::int64_t most);
-  // The system whose step failed, if that is where we are; else -1.
+  // The system whose step failed, if we are there; else -1.
   int failed() const { return failed_; }
 
   void act(std::size_t system, const Action& action);  // throws as apply()
   void part();                                         // what is done next is undone by itself
   void reset();                                        // all; settings stay
-  // To a step of the clock, at least first(), at most known(). False: it could not be reached, or
-  // `go_on`, asked between steps, says no; the same call goes on from there.
+  // Goes to a step of the clock, at least first(), at most known(). False: it could not be reached,
+  // or `go_on`, polled between steps, says no; the same call continues from there.
   bool go_to(
       std::int64_t step, const std::function<bool()>& go_on = [] { return true; });
   bool undo();  // the last part, of any system; at the time it began

@@ -11,7 +11,7 @@ namespace {
 
 using Files = std::map<std::string, std::set<std::uint64_t>>;  // contents under one name
 
-// Paths that were searched in vain tell of no content.
+// Paths that were searched in vain have no contents.
 Files by_name(const std::vector<InputFile>& files) {
   Files names;
   for (const InputFile& file : files)

@@ -24,8 +24,8 @@ struct Provenance {
 Provenance provenance_of(const SceneSpec& scene, const Registry& registry, std::uint64_t seed,
                          std::string program);
 
-// A sentence for each thing that has changed: "module 'wall' (/a/wall.lua)", "argument n: 4, now
-// 5". Plugins count that both runs have.
+// A sentence for each change: "module 'wall' (/a/wall.lua)", "argument n: 4, now 5". Only plugins
+// of both runs count.
 std::vector<std::string> changes(const Provenance& before, const Provenance& now);
 
 }  // namespace sim

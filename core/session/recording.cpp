@@ -31,7 +31,7 @@ std::string_view without_spaces(std::string_view text) {
   return text;
 }
 
-// The first word, which leaves the text.
+// Removes the first word from the text and returns it.
 std::string_view take_word(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
   const std::string_view word = text.substr(0, end);
@@ -158,7 +158,7 @@ class RecordingReader {
     }
     auto& actions = way.system.actions;
     if (action.what == Action::What::kReset) {
-      // The settings of now from the start on.
+      // The present settings hold from the start on.
       discard(way, way.now);
       std::erase_if(actions,
                     [](const RecordedAction& each) { return !each.action.changes_settings(); });

@@ -1,6 +1,5 @@
-// The actions of users on a scene, as text that people can read, edit and run again. A header says
-// which scene it was; then each line says how many steps its system takes first, and what is done
-// then:
+// The actions of users on a scene, as text that people can read, edit and replay. A header names
+// the scene; then each line gives the number of steps of its system, and the action after them:
 //   scene scenes/cloth.lua
 //   set n=32
 //   +120 grab 27
@@ -29,7 +28,8 @@ struct RecordedAction {
   int line = 0;  // of the file
 };
 
-// The way of one system, forwards only: what a reset or a step back left behind is not in it.
+// The actions of one system, forwards only: history discarded by a reset or a step back is left
+// out.
 struct RecordedSystem {
   std::vector<RecordedAction> actions;  // by step; a reset is at step 0 only
   std::int64_t end = 0;                 // its last step
@@ -37,19 +37,19 @@ struct RecordedSystem {
 };
 
 struct Recording {
-  // scene, integrator, dt, seed, tol.. once each; set, off and without as often as there are.
+  // scene, integrator, dt, seed, tol.. once each; set, off and without any number of times.
   std::vector<std::pair<std::string, std::string>> header;
   std::map<std::string, RecordedSystem> systems;  // by name; of a single scene: ""
   int lines = 0;
   bool whole = false;  // it has its end
 };
 
-// Reads a recording. A last line without its end is left out: it may have been cut off. Throws
-// Error{kScene} with FILE:LINE for what is no recording.
+// Parses a recording. A last line without its end is left out: it may have been truncated. Throws
+// Error{kScene} with FILE:LINE for text that is no recording.
 Recording parse_recording(std::string_view text, const std::string& file);
 
-// Writes one. Each line is handed over at once, so that a program that dies leaves a recording that
-// ends there.
+// Writes a recording. Each line is passed on at once, so that a program that dies leaves a valid
+// recording.
 class RecordingWriter {
  public:
   using Sink = std::function<void(std::string_view lines)>;
@@ -58,11 +58,11 @@ class RecordingWriter {
   RecordingWriter(Sink sink, const std::vector<std::pair<std::string, std::string>>& header,
                   bool world);
 
-  // `step`: where the system stands.
+  // `step`: the present step of the system.
   void action(const std::string& system, std::int64_t step, const Action& action);
   void reset(const std::string& system, std::int64_t step);
   void back(const std::string& system, std::int64_t from, std::int64_t to);
-  // So many actions taken back, which leads from one step to another.
+  // Undoes so many actions, which leads from one step to another.
   void undo(const std::string& system, std::size_t actions, std::int64_t from, std::int64_t to);
   void end(const std::string& system, std::int64_t step, std::uint64_t hash);
 

@@ -1,4 +1,4 @@
-// Does again what a recording says, as its steps come.
+// Replays the actions of a recording as their steps come.
 #pragma once
 
 #include <functional>
@@ -11,15 +11,14 @@ namespace sim {
 
 class Replay {
  public:
-  // Actions by step, all with their methods.
+  // Actions by step, all with resolved methods.
   explicit Replay(std::vector<RecordedAction> actions) : actions_(std::move(actions)) {}
 
-  // Steps until something is to be done, at least 1; the largest number: nothing more.
+  // The number of steps until the next action, at least 1; the largest number: none left.
   std::int64_t due(const Simulation& simulation) const;
 
   // Performs the actions that are due at the present state, once. Returns the energy that they
-  // added, in J; nothing where nothing was done. Throws as apply(); then line() is that of the
-  // action.
+  // added, in J; empty if there were none. Throws as apply(); then line() is that of the action.
   std::optional<double> perform(Simulation& simulation);
 
   int line() const { return next_ < actions_.size() ? actions_[next_].line : 0; }
