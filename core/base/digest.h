@@ -1,4 +1,4 @@
-// A 64-bit hash of everything that a value is made of, field by field.
+// A 64-bit digest of all contents of a value, field by field.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Units as documents write them: "N/m", "kg/m^3", "rad/s".
+// Units in the notation of documents: "N/m", "kg/m^3", "rad/s".
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ struct Dimension {
   std::array<int, 3> power{};  // of m, s and kg
   double size = 1;             // what one of it is in SI units
 
-  // Sizes that are equal but for rounding are the same.
+  // Sizes that differ by rounding alone are equal.
   friend bool operator==(const Dimension& a, const Dimension& b);
 };
 

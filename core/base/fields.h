@@ -1,4 +1,5 @@
-// The fields of plain structs as data: what walks over all of them misses none that is added later.
+// The fields of plain structs as data: code that visits all of them misses none that is added
+// later.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// A file that a run was made of, by its content.
+// An input file of a run, by its content.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,10 @@ struct InputFile {
   bool operator==(const InputFile&) const = default;
 };
 
-// Against accidents, not against an enemy; never 0.
+// Protects against accidents, not against an enemy; never 0.
 std::uint64_t content_hash(std::string_view bytes);
 
-// The same of a regular file as it is now; 0 where there is none that can be read.
+// The same of a regular file as it is now; 0 if there is none that can be read.
 std::uint64_t content_hash_of(const std::filesystem::path& file);
 
 }  // namespace sim

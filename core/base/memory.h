@@ -1,4 +1,4 @@
-// The memory that is left, to be asked before much of it is taken.
+// The available memory, to be checked before much of it is taken.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ std::string bytes_text(double bytes);  // "640 MB", "12.3 GB"
 
 void limit_memory(double bytes);  // that this process may take in all; more is std::bad_alloc
 
-// Throws Error{kIo} with both figures where that much is not left.
+// Throws Error{kIo} with both figures if that much is not available.
 void require_memory(double bytes, const std::string& what, const std::string& where,
                     const std::string& remedy);
 

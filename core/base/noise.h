@@ -1,4 +1,4 @@
-// Numbers without a pattern, the same every time.
+// Pseudo-random numbers, the same every time.
 #pragma once
 
 #include <cstdint>

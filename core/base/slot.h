@@ -1,4 +1,4 @@
-// Whole numbers as indices of lists.
+// Integers as indices of lists.
 #pragma once
 
 #include <cstddef>

@@ -16,9 +16,10 @@ struct Threads {
   bool as_pay;
 };
 
-// Times short stretches of steps on one member of a team, on two, four .. and on all, and goes on
-// with as many as pay: each doubling has to save a fifth of the time. Asks again now and then,
-// which takes about a hundredth of the time, for scenes change, and other programs come and go.
+// Times short stretches of steps on one member of a thread pool, on two, four .. and on all, and
+// continues with as many as pay: each doubling has to save a fifth of the time. Re-tuned
+// occasionally, which takes about a hundredth of the time, for scenes change, and other programs
+// come and go.
 class ThreadCountTuner {
  public:
   using Clock = std::function<double()>;  // s

@@ -1,4 +1,4 @@
-// A persistent team of threads that runs one function on every member.
+// A thread pool: persistent threads that run one function on every member.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace sim {
 
-// The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a team.
+// The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a pool.
 struct Part {
   int begin, end;
 };

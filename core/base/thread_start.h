@@ -1,4 +1,4 @@
-// Threads where the system may have none to give, as in a container.
+// Starts threads on systems that may have none to give, such as containers.
 #pragma once
 
 #include <system_error>
@@ -6,10 +6,10 @@
 
 namespace sim {
 
-// Says on standard error, once in a process, that the program goes on with fewer threads.
+// Reports on standard error, once in a process, that the program continues with fewer threads.
 void warn_of_too_few_threads();
 
-// Starts body() on a thread; false where there can be none, which is said. Thread: std::thread or
+// Starts body() on a thread; false, with a report, if there can be none. Thread: std::thread or
 // std::jthread.
 template <class Thread, class Body>
 bool start_thread(Thread& thread, Body body) {

@@ -1,4 +1,4 @@
-// Exceptions that were thrown by code of plugins and libraries.
+// Exceptions thrown by code of plugins and libraries.
 #pragma once
 
 #include <optional>
@@ -6,8 +6,8 @@
 
 namespace sim {
 
-// The words of the exception that is being handled; nothing for what is no exception. Errors, and
-// memory that ran out, are not of others: they are thrown again.
+// The text of the current exception; empty if it is no std::exception. Errors of ours, and
+// exhausted memory, are rethrown.
 std::optional<std::string> thrown_by_others();
 
 }  // namespace sim

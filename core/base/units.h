@@ -1,4 +1,4 @@
-// Numbers with a unit behind them, as people write them: "5 mm", "1%", "30s".
+// Numbers followed by a unit, as people write them: "5 mm", "1%", "30s".
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// Text as characters: where it can be cut, how wide it is, and how a stranger's text is shown.
+// Text as characters: where it can be cut, how wide it is, and how text of unknown origin is shown.
 #pragma once
 
 #include <cstddef>
@@ -33,9 +33,9 @@ std::size_t columns_of(std::string_view text);
 // The beginning of a text that takes at most so many of them.
 std::string cut_columns(std::string_view text, std::size_t columns);
 
-// Text of a stranger fit to be shown on a terminal, in a page or in a picture, always valid UTF-8:
-// control characters, marks that reorder text and bytes that are no UTF-8 as \x1b, \u202e, \xff.
-// Line ends and tabs stay.
+// Text of unknown origin made fit for a terminal, a page or a picture, always valid UTF-8: control
+// characters, marks that reorder text and bytes that are no UTF-8 become \x1b, \u202e, \xff. Line
+// ends and tabs stay.
 std::string visible_text(std::string_view text);
 
 // ... in one line: line ends and tabs as \x0a and \x09.

@@ -13,7 +13,7 @@
 
 namespace sim::c {
 
-// A request for scenes, as options say it.
+// A request for scenes, as given by options.
 struct Asked {
   SceneVariant variant;
   Folders folders, libraries;
@@ -22,7 +22,7 @@ struct Asked {
   std::uint64_t seed = 0;
 };
 
-// An error that is asked for instead of a step.
+// A required error instead of a step.
 struct ChoiceRequest {
   std::optional<study::Budget> error = {};  // nothing: what the scene asks for
   std::string of = {};                      // a quantity; "": positions
@@ -38,7 +38,7 @@ Environment environment_of(const Asked& asked);
 
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);
 
-// The scene in this variant; with `text`, what the file `name` would hold.
+// The scene in this variant; with `text` as the contents of the file `name`.
 StudiedScene load(const std::string& name, const char* text, const Asked& asked,
                   const SceneVariant& variant, Registry& registry);
 

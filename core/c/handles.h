@@ -35,7 +35,7 @@ struct sim_scene {
   std::vector<std::optional<sim::study::GoalChoice>> choices;
   sim::c::ChoiceRequest chosen;
   std::uint64_t chosen_at = 1;
-  // A field of the caller asked to stop. Steps hand on no exception but Error.
+  // True if a field of the caller asked to stop. Steps pass on no exception but Error.
   std::shared_ptr<bool> field_stopped = std::make_shared<bool>(false);
 };
 
@@ -46,7 +46,7 @@ struct sim_snapshot {
 
 namespace sim::c {
 
-// A callback asked to stop.
+// Thrown when a callback asks to stop.
 struct Stopped : std::exception {};
 
 [[noreturn]] inline void refuse(const std::string& what, const std::string& where,
@@ -81,7 +81,7 @@ inline const char* checked_text(const char* text, const char* name) {
   return text;
 }
 
-// Calls work(); what it throws becomes Stopped where a field of the scene asked for it.
+// Calls work(); its exception becomes Stopped if a field of the scene asked for it.
 template <class Work>
 void stoppable(const sim_scene& scene, Work work) {
   try {
@@ -92,11 +92,11 @@ void stoppable(const sim_scene& scene, Work work) {
   }
 }
 
-// Stores the exception that is being handled, and returns its code. One that does not say where it
-// was has the function of the interface for that.
+// Stores the current exception, and returns its code. One without a location gets the function of
+// the interface as its location.
 int tell(sim_error* error, const char* function) noexcept;
 
-// Calls work(); the code of what it throws, which never goes further.
+// Calls work(); returns the code of its exception, which never propagates.
 template <class Work>
 int guarded(sim_error* error, Work work, const char* function = __builtin_FUNCTION()) noexcept {
   try {
@@ -107,7 +107,7 @@ int guarded(sim_error* error, Work work, const char* function = __builtin_FUNCTI
   }
 }
 
-// The same for what returns a pointer: null on failure.
+// The same for functions that return a pointer: null on failure.
 template <class Work>
 auto guarded_pointer(sim_error* error, Work work,
                      const char* function = __builtin_FUNCTION()) noexcept -> decltype(work()) {
@@ -121,7 +121,7 @@ auto guarded_pointer(sim_error* error, Work work,
 
 char* given_away(const std::string& text);  // for sim_free(); throws std::bad_alloc
 
-// Throws Error{kUsage} for one that the scene does not have.
+// Throws Error{kUsage} for an index that the scene does not have.
 Simulation& system_of(sim_scene* scene, int system);
 const Simulation& system_of(const sim_scene* scene, int system);
 

@@ -9,7 +9,7 @@
 
 namespace sim::c {
 
-// Asks a callback now and then, on the thread that made it; once told to stop, it stays told.
+// Polls a callback at intervals, on the thread that made it; once told to stop, it stays so.
 class Watcher {
  public:
   Watcher(sim_watch watch, void* user) : watch_(watch), user_(user) {}

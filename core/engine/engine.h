@@ -1,5 +1,4 @@
-// A program beside ours that makes the steps of a scene: what is written for it, how it is started,
-// and what it leaves.
+// An external program that makes the steps of a scene: its input files, its start, and its output.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,7 @@ struct Launch {
   std::vector<std::string> words;  // that start it, without its own arguments; empty: found here
 };
 
-// The contents of its log in a folder; empty where there is none.
+// The contents of its log in a folder; empty if there is none.
 struct EngineLog {
   std::string version;                 // "LAMMPS (29 Sep 2021)"
   std::string error;                   // its last line of an error
@@ -38,7 +37,7 @@ class Frames {
   virtual ~Frames() = default;
 
   // Throws Error{kCheckpoint} for a file that is of another scene or start, or damaged.
-  // Frames behind step `last` are none.
+  // Frames after step `last` do not count.
   virtual Next next(std::int64_t last) = 0;
   virtual std::int64_t step() const = 0;  // of the frame that was read last
 };
@@ -59,10 +58,10 @@ class Engine {
   virtual std::string name() const = 0;
   virtual std::span<const EngineMethod> methods() const = 0;
   virtual EngineFiles files() const = 0;
-  // The paths of its programs on this machine, or what is needed where there are none.
+  // The paths of its programs on this machine, or what is missing.
   virtual std::vector<std::string> programs() const = 0;
   virtual std::string needs() const = 0;
-  // Solves equations to a tolerance, which the first steps are held to beyond what is asked for.
+  // True if it solves equations to a tolerance, which is tightened for the first steps.
   virtual bool solves() const { return false; }
 
   // The words that start it: PROGRAM, or `mpirun -np N PROGRAM`, as paths. Throws Error{kIo} where
@@ -75,7 +74,7 @@ class Engine {
                      const std::string& folder) const = 0;
   virtual std::unique_ptr<Process> start(std::vector<std::string> command,
                                          const std::string& folder) const = 0;
-  // The system is where the scene was when it was written.
+  // The system is in the state in which the scene was written.
   virtual std::unique_ptr<Frames> frames(const std::string& folder, const Exchange& scene,
                                          Simulation& system) const = 0;
   virtual EngineLog log(const std::string& folder) const = 0;
@@ -84,7 +83,7 @@ class Engine {
 // For engines: a program in PATH or by its path; throws Error{kIo}.
 std::string program_or_throw(const std::string& name, const std::string& option,
                              const std::string& remedy);
-// With mpirun before it, where there are several ranks.
+// With mpirun before it, for several ranks.
 std::vector<std::string> with_ranks(const std::string& program, int ranks);
 // Open MPI is told that ranks may be more than processors, and that those who wait let others work:
 // on a busy machine two ranks that spin take ten times as long. The files that it leaves when it is

@@ -1,4 +1,4 @@
-// A compiled scene as flat data, for programs beside ours that know no plugins.
+// A compiled scene as flat data, for external programs without plugins.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct EngineMethod {
   Method method;
 };
 
-// The first steps, which engines are compared with the kernel at.
+// The first steps, for which engines are compared with the kernel.
 inline constexpr std::int64_t kExactSteps = 20;
 
 // Masses under springs, one gravity and one drag:
@@ -31,8 +31,8 @@ inline constexpr std::int64_t kExactSteps = 20;
 // A view of the present state of a simulation, which it outlives.
 class Exchange {
  public:
-  // Throws Error{kScene}, or Error{kUsage} for a method that is none of these, and names what of
-  // the scene the engine would not mean in the same way.
+  // Throws Error{kScene}, or Error{kUsage} for a method that is none of these, naming the part of
+  // the scene that the engine would treat differently.
   Exchange(Simulation& system, const SystemSpec& spec, const std::string& engine,
            std::span<const EngineMethod> methods);
 
@@ -52,7 +52,7 @@ class Exchange {
   KickMap map(int i) const { return kick_map(mass(i)); }
   KickMap kick_map(double mass_there) const { return {method_, mass_there, drag(), h()}; }
 
-  // Without drag, in m/s^2: three coordinates in a Layout(particles(), 3).
+  // The acceleration without drag, m/s^2: three coordinates in a Layout(particles(), 3).
   Array accelerations() const;
 
   // Calls visit(a, b, k, rest) for every spring, always in the same order; N/m and m.

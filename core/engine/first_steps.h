@@ -1,4 +1,4 @@
-// Do an engine and our kernel take the same first steps?
+// Comparison of the first steps of an engine with those of the kernel.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace sim::engine {
 
-// Takes the first steps of a run with the kernel, and once more from a start that is shifted by
-// roundings, which says how far apart two correct runs may be.
+// Takes the first steps of a run with the kernel, and once more from a start perturbed by rounding
+// errors, which shows how far apart two correct runs may be.
 class FirstSteps {
  public:
-  // Takes at most so many steps; afterwards the system is where it was.
+  // Takes at most so many steps; afterwards the system is in its former state.
   FirstSteps(Simulation& system, std::int64_t most);
 
   std::int64_t step() const { return step_; }  // at which states are compared; -1: at none

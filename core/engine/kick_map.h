@@ -1,4 +1,4 @@
-// The step of a program that kicks explicitly, so that it makes our exact drag.
+// Makes the explicit kicks of another program reproduce our exact drag.
 #pragma once
 
 #include "core/math/exponential.h"
@@ -35,13 +35,13 @@ class KickMap {
   double phi() const { return whole_.gain / h_; }
   double mass() const { return mass_ / phi(); }  // m', kg
 
-  // w, of our velocity and the acceleration without drag, at the start.
+  // w, from our velocity and the acceleration without drag, at the start.
   Vec3 start(const Vec3& v, const Vec3& a) const {
     const Damping& kick = method_ == Method::kVerlet ? half_ : whole_;
     return (kick.keep * v + (kick.gain - whole_.gain / 2) * a) / ((1 + whole_.keep) / 2);
   }
 
-  // Our velocity, of the velocity and the force there after a step.
+  // Our velocity, from the velocity and the force there after a step.
   Vec3 velocity(const Vec3& w, const Vec3& f) const {
     const Vec3 u = w - (whole_.gain / (2 * mass_)) * f;
     if (method_ == Method::kSymplecticEuler) return u;

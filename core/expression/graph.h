@@ -82,7 +82,7 @@ class Graph {
   bool is(int id, double value) const;
   bool constant(int id) const { return (*this)[id].op == Op::kNumber; }
 
-  // Nodes that `roots` are made of, themselves included.
+  // The nodes on which `roots` depend, themselves included.
   std::vector<bool> used_by(std::span<const int> roots) const;
   bool reads(int root, int input) const;
 

@@ -17,7 +17,7 @@ class StraightCode {
   enum class Form { kFastest, kInterpreted };
 
   StraightCode() = default;
-  // live: the slots that are read behind a run; others may have any value then.
+  // live: the slots that are read after a run; others may have any value then.
   StraightCode(std::vector<Instruction> code, const std::function<bool(int slot)>& live,
                Form form = Form::kFastest);
   ~StraightCode();

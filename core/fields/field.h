@@ -28,21 +28,21 @@ class Field {
   // Called once; throws Error when the field does not fit a state of that many numbers.
   // dimension is 3 for particles, 1 for a flat state.
   virtual void bind(std::size_t /*size*/, int /*dimension*/) {}
-  // Then, with the state at the start; throws Error where it cannot begin there.
+  // Then, with the state at the start; throws Error if it cannot begin there.
   virtual void begin(double /*t*/, std::span<const double> /*x*/) const {}
 
   virtual void eval(double t, std::span<const double> x, std::span<double> dxdt) const = 0;
 
-  // The entries of df/dx that may differ from 0, and their values in that order. Null where the
-  // field does not know: they are found by asking. After bind().
+  // The entries of df/dx that may differ from 0, and their values in that order. Null if the field
+  // does not know them: they are found by differences. After bind().
   virtual const Sparsity* sparsity() const { return nullptr; }
   virtual void jacobian(double /*t*/, std::span<const double> /*x*/,
                         std::span<double> /*values*/) const {}
 
   virtual FieldLayout layout() const { return {}; }
 
-  // Steps of a fixed-step method made faster, with the bits of stage after stage; null: there are
-  // none. The field outlives them.
+  // A faster stepper for steps of a fixed-step method, with the bits of stage after stage; null:
+  // none. The field outlives it.
   virtual std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& /*plan*/) const {
     return nullptr;
   }

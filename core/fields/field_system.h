@@ -23,7 +23,7 @@ class FieldSystem final : public OdeSystem {
   void combine(const Stage& stage, double* out) override { combine_range_(stage, out, 0, size_); }
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
   std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan) override;
-  // With the entries of the Jacobian that the field knows, or that are found by asking it.
+  // The entries of the Jacobian, from the field or by differences.
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
   std::unique_ptr<Jacobian> jacobian() override;
 

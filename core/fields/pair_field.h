@@ -1,4 +1,4 @@
-// Fields that make steps themselves: those of embedded pairs, and those of many runs side by side.
+// Fields that make steps themselves: of embedded pairs, and of many runs side by side.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@ namespace sim {
 
 class PairField : public Field {
  public:
-  // The stages of an embedded pair made faster, with the bits of stage after stage; null: there are
-  // none. The field outlives them.
+  // A faster stepper for the stages of an embedded pair, with the bits of stage after stage; null:
+  // none. The field outlives it.
   virtual std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan) const = 0;
 
   // A run of a field, which outlives the steps, from its state at the start.

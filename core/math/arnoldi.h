@@ -1,4 +1,4 @@
-// The extreme eigenvalues of a matrix that is known by its products with vectors.
+// The extreme eigenvalues of a matrix given by its products with vectors.
 #pragma once
 
 #include <complex>
@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// Eigenpairs of the small matrix that stands for the large one, in no order.
+// Eigenpairs of the small matrix that represents the large one, in no order.
 struct RitzPairs {
   std::vector<std::complex<double>> values;
   std::vector<std::complex<double>> coefficients;  // of the vectors in the basis, one after another

@@ -29,9 +29,9 @@ class NinePoints {
            (step_ * step_);
   }
 
-  // The step, a power of two from 2^-3 to 2^-16, of which the half gives most nearly the same
-  // second derivative: there truncation and rounding balance. `difference` is how far apart the two
-  // are then; a function with a kink has no such step.
+  // The step, a power of two from 2^-3 to 2^-16, at which halving changes the second derivative
+  // least: there truncation and rounding balance. `difference` is that change; a function with a
+  // kink has no such step.
   template <class F, class Norm>
   static NinePoints best(const F& f, double at, const Norm& norm, double* difference = nullptr) {
     NinePoints best;

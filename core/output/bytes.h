@@ -1,4 +1,4 @@
-// Numbers as little-endian bytes, as binary files have them.
+// Numbers as little-endian bytes, the byte order of binary files.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// The machines this runs on are little-endian.
+// All supported machines are little-endian.
 template <class Number>
 void append_bytes(std::string& out, Number value) {
   char bytes[sizeof value];

@@ -1,4 +1,4 @@
-// Bytes made smaller, and the checks that formats ask for, by zlib.
+// Compression and checksums of file formats, by zlib.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace sim {
 // A zlib stream (RFC 1950); level 1 (quick) to 9 (small).
 std::string deflated(std::string_view bytes, int level = 6);
 
-// The same stream of bytes that come in pieces.
+// The same stream for bytes that come in blocks.
 class Deflater {
  public:
-  // Nothing is stored of more than `most` bytes.
+  // Nothing is stored beyond `most` bytes.
   explicit Deflater(int level, std::size_t most = std::numeric_limits<std::size_t>::max());
   ~Deflater();
   Deflater(const Deflater&) = delete;
@@ -38,7 +38,7 @@ class Deflater {
 
 std::uint32_t crc32_of(std::string_view bytes, std::uint32_t before = 0);
 
-// The checksum of two pieces, one after the other; the second has so many bytes.
+// The checksum of two blocks, one after the other; the second has so many bytes.
 std::uint32_t joined_crc32(std::uint32_t first, std::uint32_t second, std::uint64_t bytes);
 
 }  // namespace sim

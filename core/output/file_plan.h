@@ -13,9 +13,9 @@ std::filesystem::path resolved_file(const std::string& name);
 
 class FilePlan {
  public:
-  // `role` is how a message calls the file: "--snap", "the scene". Names that are no files of their
-  // own, as devices, are never in conflict. "-" is standard output. In the last part of a name that
-  // is written, %d or %04d stands for the digits of all files of a series.
+  // `role` names the file in messages: "--snap", "the scene". Names that are no regular files, such
+  // as devices, are never in conflict. "-" is standard output. In the last part of an output's
+  // name, %d or %04d stands for the digits of all files of a series.
   void reads(const std::string& role, const std::string& file);
   // `beside`: other names of the same output, which may be one file with it.
   void writes(const std::string& role, const std::string& file,

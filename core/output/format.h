@@ -21,8 +21,8 @@ std::string label(std::string_view name, std::string_view text, std::size_t widt
 // "  " before each line of a text of one or more lines; ends in a newline.
 std::string indented(std::string_view text, std::string_view indent = "  ");
 
-// Broken between words into lines of at most `width`, later ones behind `indent` spaces; the first
-// one stands behind `used` columns.
+// Breaks text between words into lines of at most `width`, later ones after `indent` spaces; the
+// first one after `used` columns.
 std::string wrapped(std::string_view text, std::size_t indent, std::size_t used = 0,
                     std::size_t width = 80);
 
@@ -30,7 +30,7 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t used 
 std::string aligned(const std::vector<std::vector<std::string>>& rows,
                     std::string_view indent = "  ");
 
-// A field of a CSV row: in quotes where the text needs it.
+// A field of a CSV row: in quotes if the text needs it.
 std::string csv_field(std::string_view text);
 
 // The fields of a row; quotes may hold commas and doubled quotes, not line ends.

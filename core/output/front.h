@@ -1,5 +1,5 @@
-// A view that draws by itself: keys and mouse become words, and moments a picture. A window and a
-// terminal share it.
+// A view that draws by itself: it turns keys and mouse into words, and moments into a picture. A
+// window and a terminal share it.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace sim {
 
-// Places are in pixels of the picture, from its upper left corner.
+// Positions are in pixels of the picture, from its upper left corner.
 struct FrontEvent {
   enum class What { kKey, kPress, kMove, kRelease, kLook } what = What::kKey;
   std::string key = {};  // "q", "Left", "Space", ...
@@ -27,14 +27,14 @@ struct FrontKey {
 
 class Front {
  public:
-  // The objects that the scene points to outlive it, or renew(). `reach`: pixels, to a particle
-  // beside.
+  // The objects of the scene outlive it, or renew(). `reach`: distance in pixels at which a click
+  // still finds a particle.
   Front(const ViewScene& scene, float reach);
   void renew(const ViewScene& scene);  // the eye stays
 
   void resize(int width, int height);
   void show(const Moment& moment, const ViewState& state);
-  // Words for who runs the scene, in their order.
+  // Words for the runner of the scene, in their order.
   std::vector<std::string> take(const FrontEvent& event);
   void zoom(float factor) { distance_ *= factor; }
   bool closed() const { return closed_; }

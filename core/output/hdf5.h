@@ -1,5 +1,4 @@
-// Objects of HDF5 files that close themselves, for those few who know this library; the kernel does
-// not.
+// RAII handles of HDF5 objects, for the few users of this library; the kernel does not use it.
 #pragma once
 
 #include <hdf5.h>
@@ -32,7 +31,7 @@ inline std::string last_failure() {
   return text.empty() ? "the library failed" : text;
 }
 
-// An identifier of the library; negative: there is none.
+// An identifier of the library; negative: none.
 class Handle {
  public:
   using Close = herr_t (*)(hid_t);
@@ -62,7 +61,7 @@ inline Handle space_of(const std::vector<hsize_t>& size) {
           H5Sclose};
 }
 
-// Text of so many bytes, without an end.
+// Text of so many bytes, without a terminator.
 inline Handle text_type(std::size_t length) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type, length == 0 ? 1 : length);
@@ -71,7 +70,7 @@ inline Handle text_type(std::size_t length) {
   return type;
 }
 
-// No words of its own, and nothing of its own at the end of the process.
+// Turns off the library's own messages, and its cleanup at the end of the process.
 inline void be_quiet() {
   H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);

@@ -9,10 +9,10 @@
 
 namespace sim {
 
-// Throws Error{kUsage} for an ending that no writer knows.
+// Throws Error{kUsage} for an ending of no writer.
 const Plugin<Writer>& writer_of(const std::string& file, Registry& registry);
 
-// A writer for task.file, whose name gives the format. Throws what the writer throws.
+// A writer for task.file, whose name gives the format. Throws the errors of the writer.
 std::unique_ptr<Writer> make_writer(WriterTask task, Registry& registry);
 
 // The look of the first system that has one, overridden by the user's options.

@@ -1,7 +1,7 @@
-// The file (or stream) a table is written to. A regular file is replaced as a whole at the end: the
-// rows go to a new file in its folder first, so that a run that fails leaves the old one as it was.
-// That file has no name until then, where the system can, so that nothing is left of a process that
-// is killed; where it cannot, the next file in that folder takes away what dead processes left.
+// The file (or stream) of a table. A regular file is replaced as a whole at the end: the rows go to
+// a new file in its folder first, so that a run that fails leaves the old one as it was. That file
+// has no name until then, if the system supports it, so that a killed process leaves nothing;
+// otherwise the next file in that folder removes the files of dead processes.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,7 @@ struct Target {
 // `option`. Opens nothing.
 Target parse_target(std::string_view option, const std::string& text, bool plots = false);
 
-// Opened as it is, never replaced: devices, named pipes, and whatever /dev/fd/N stands for.
+// Opened as is, never replaced: devices, named pipes, and the targets of /dev/fd/N.
 bool is_stream(const std::string& name);
 
 // A name for a new file in a folder, which no other has: the open file, and its path; -1 and errno
@@ -34,7 +34,7 @@ bool is_stream(const std::string& name);
 int open_temporary(const std::filesystem::path& folder, const std::string& ending,
                    std::filesystem::path& path);
 
-// Removes what open_temporary made in a folder and nobody holds open.
+// Removes files of open_temporary in a folder that nobody has open.
 void collect_leftovers(const std::filesystem::path& folder);
 
 class Output {
@@ -47,7 +47,7 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  // Rows are appended here; flush_if_full() now and then writes large pieces.
+  // Rows are appended here; flush_if_full() writes large blocks when due.
   std::string& buffer() { return buffer_; }
   void flush_if_full() {
     if (buffer_.size() >= kChunk) write();

@@ -1,4 +1,4 @@
-// Another program that is fed through a pipe, and files that such programs write themselves.
+// A program that is fed through a pipe, and files that such programs write themselves.
 #pragma once
 
 #include <sys/types.h>
@@ -9,7 +9,7 @@
 
 namespace sim {
 
-// The path of a program in PATH; "" where there is none.
+// The path of a program in PATH; "" if there is none.
 std::string find_program(const std::string& name);
 
 // The working folder and environment of a program.
@@ -18,8 +18,8 @@ struct ProcessPlace {
   std::vector<std::string> environment = {};  // NAME=VALUE, where ours has no such name
 };
 
-// Runs without a shell: the words are its arguments as they are. Its output is kept. It ends when
-// this program does.
+// Runs without a shell: the words are its arguments as they are. Its output is captured. It ends
+// when this program does.
 class Process {
  public:
   // Throws Error{kIo}.
@@ -37,8 +37,8 @@ class Process {
   int in_ = -1, said_ = -1, status_ = 0;
 };
 
-// A file that takes its name only when it is whole. Until then it has a name beside, which keeps
-// the ending.
+// A file that takes its name only when it is complete. Until then it has a temporary name with the
+// same ending.
 class FileBeside {
  public:
   explicit FileBeside(const std::string& file);  // throws Error{kIo}; makes an empty file

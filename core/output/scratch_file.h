@@ -1,4 +1,4 @@
-// Bytes that memory need not hold until a file is made of them.
+// Scratch storage for bytes that need not be in memory before a file is made of them.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace sim {
 
-// A file without a name, which goes with the process. It lies in the folder of the file that will
-// be made, where there is room for as much, and memory is not meant by it.
+// A file without a name, which disappears with the process. It is in the folder of the file that
+// will be made, where there is as much room, on a disk instead of a memory file system.
 class ScratchFile {
  public:
   explicit ScratchFile(const std::string& result);  // the file that will be made; throws Error{kIo}
@@ -30,7 +30,7 @@ class ScratchFile {
   std::uint64_t size_ = 0;
 };
 
-// Adds a part of it to a file.
+// Appends a part of it to a file.
 void append_scratch(Output& output, const ScratchFile& from, std::uint64_t at, std::uint64_t count);
 
 }  // namespace sim

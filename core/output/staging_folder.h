@@ -1,4 +1,4 @@
-// Files of one result that take their names together, when all of them are whole.
+// Files of one result that take their names together, once all of them are complete.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace sim {
 
-// Until commit() the files are written in a folder inside the one that they are meant for. Without
-// commit() nothing of them is left, and files of an earlier result are as they were.
+// Until commit() the files are in a folder inside their destination. Without commit() none of them
+// is left, and files of an earlier result are unchanged.
 class StagingFolder {
  public:
-  // Makes `folder` where it is missing. Throws Error{kIo}.
+  // Makes `folder` if it is missing. Throws Error{kIo}.
   explicit StagingFolder(const std::filesystem::path& folder);
   ~StagingFolder();
   StagingFolder(const StagingFolder&) = delete;
@@ -34,8 +34,8 @@ class StagingFolder {
   int lock_ = -1;                            // on the temporary folder: its owner is alive
 };
 
-// Removes the files name(first), name(first + 1), .. up to the first that is missing: they are left
-// of a longer series.
+// Removes the files name(first), name(first + 1), .. up to the first that is missing: remains of a
+// longer series.
 template <class Name>
 void remove_later_files(std::size_t first, const Name& name) {
   std::error_code failed;

@@ -1,5 +1,5 @@
-// Moments of a run on disk: memory holds one at a time, and of the others what does not grow with
-// the particles.
+// Moments of a run on disk: memory holds one at a time, and of the others only the data that does
+// not grow with the number of particles.
 #pragma once
 
 #include <vector>

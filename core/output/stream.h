@@ -1,4 +1,4 @@
-// Writing to standard streams so that a full disk and a closed pipe are told apart.
+// Writing to standard streams such that a full disk and a closed pipe are distinguished.
 #pragma once
 
 #include <exception>
@@ -7,13 +7,13 @@
 
 namespace sim {
 
-// Thrown when the reader of a pipe has gone away: nobody is left to be told.
+// Thrown when the reader of a pipe has gone: nobody is left to be told.
 struct ClosedPipe : std::exception {};
 
-// Writes and flushes; what goes wrong stays in the stream's state and in errno.
+// Writes and flushes; errors stay in the stream's state and in errno.
 void put(std::ostream& stream, std::string_view text);
 
-// Flushes; throws ClosedPipe, or Error{kIo} when what was written so far did not arrive.
+// Flushes; throws ClosedPipe, or Error{kIo} if the output so far was not written.
 void flush_or_throw(std::ostream& stream, std::string_view name);
 
 }  // namespace sim

@@ -1,5 +1,5 @@
-// Charts as SVG: error against cost with decades on both axes, and quantities over time. The curves
-// that matter are coloured, the rest is grey; names stand at the ends of curves.
+// Charts as SVG: error against cost with decades on both axes, and quantities over time. The
+// important curves are coloured, the others grey; labels are at the ends of curves.
 #pragma once
 
 #include <optional>
@@ -24,7 +24,7 @@ struct ChartLine {
   bool tinted = false;  // what is below it has a tint
 };
 
-// A point with a circle around it and words beside.
+// A point with a circle around it and a label.
 struct ChartRing {
   double x = 0, y = 0;
   std::string name;

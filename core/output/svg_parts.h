@@ -1,4 +1,4 @@
-// The pieces that charts are drawn with.
+// The elements of charts.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace sim::svg_parts {
 
-// Colours of curves that count, on white: black is the last.
+// Colours of important curves on white: black is the last.
 const char* curve_colour(std::size_t i);
 
 std::string number(double value);  // of a coordinate, two decimals
@@ -15,11 +15,11 @@ std::string text(double x, double y, const std::string& words, const std::string
 std::string line(double x1, double y1, double x2, double y2, const std::string& style);
 std::string disc(double x, double y, double r, const std::string& style);
 
-// Keeps words off each other and off what is marked as taken.
+// Keeps labels off each other and off occupied areas.
 class Places {
  public:
   void take(double x, double y, double half_width, double half_height);
-  // The height nearest to y at which words from x on are free of others; takes it.
+  // The height nearest to y at which a label from x on is free of others; occupies it.
   double beside(double x, double y, const std::string& words, double least, double most);
   // The occupied share of a box.
   double crowd(double x, double y, double half_width, double half_height) const;

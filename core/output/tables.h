@@ -40,10 +40,10 @@ class DumpTable {
   bool forces_ = false;      // of constraints
 };
 
-// step,t,kinetic,potential,total,work,drift in s and J: work is what drag and other forces that do
-// work have taken so far, drift = total + work - total at step 0; not a number: unknown, an empty
-// field. Second-order systems only. A file ending in .svg is a plot of kinetic, potential and total
-// energy.
+// step,t,kinetic,potential,total,work,drift in s and J: work is the energy taken so far by drag and
+// other forces that do work, drift = total + work - total at step 0; not a number: unknown, an
+// empty field. Second-order systems only. A file ending in .svg is a plot of kinetic, potential and
+// total energy.
 class EnergyTable {
  public:
   EnergyTable(const Target& target, std::ostream& standard_output, const TableScope& scope);
@@ -76,8 +76,8 @@ class ObserveTable {
   std::vector<std::string> names_;
 };
 
-// step,t,constraint,a,b,tension,fx,fy,fz: what constraints hold with, in N; of a rod how much it
-// pulls its ends together and its force on a; of all others, with b empty, |f| and f on a.
+// step,t,constraint,a,b,tension,fx,fy,fz: the forces of constraints, in N; of a rod its tension and
+// its force on a; of all others, with b empty, |f| and f on a.
 class TensionTable {
  public:
   TensionTable(const Target& target, std::ostream& standard_output, const TableScope& scope);

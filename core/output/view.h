@@ -1,6 +1,5 @@
 // A view of a running scene, through which a user acts on it: a served page, a window. Each is a
-// plugin, opened when it is asked for. A scene goes in once, then moments of it; what comes back
-// are words.
+// plugin, opened on demand. It receives a scene once, then moments of it, and returns words.
 #pragma once
 
 #include <cmath>
@@ -42,7 +41,8 @@ struct EnergySample {
   double kinetic = 0, potential = 0, drift = 0;  // J
 };
 
-// One system as it is; the share is that of the largest stable step, or not a number.
+// The state of one system; `share` is the step as a share of the largest stable one, or not a
+// number.
 struct ViewSystem {
   EnergySample now{};
   double h = 0, share = std::nan("");  // s
@@ -64,15 +64,15 @@ struct ViewState {
   std::span<const EnergySample> past{};  // of the first system that has energies
 };
 
-// A message of a user, and the number of the connection that sent it. Words are actions as
-// recordings have them; "pull I X Y Z" of what is held, in m; play, pause, speed S, step N, back N,
-// goto T, undo, reset, set NAME VALUE, colour NAME, and "bye" of who goes.
+// A message of a user, and the number of the connection that sent it. Words are actions as in
+// recordings; "pull I X Y Z" of a held particle, in m; play, pause, speed S, step N, back N, goto
+// T, undo, reset, set NAME VALUE, colour NAME, and "bye" of a client that leaves.
 struct ViewMessage {
   std::uint64_t from = 0;
   std::string text;
 };
 
-// Nothing blocks but wait(), and nothing that comes from outside can throw.
+// Only wait() blocks, and no input from outside throws.
 class View {
  public:
   static constexpr std::size_t kMostText = 4096;  // bytes of a message; longer ones end its sender
@@ -81,13 +81,13 @@ class View {
 
   virtual std::string address() const { return ""; }  // to be opened by a person, if it is one
 
-  // Serves what is due, for at most so many milliseconds; returns what came in.
+  // Serves pending requests, for at most so many milliseconds; returns the messages received.
   virtual std::vector<ViewMessage> wait(int milliseconds) = 0;
-  // While it holds, wait() need not return messages: they may stay with their senders.
+  // While on hold, wait() need not return messages: they may stay with their senders.
   virtual void hold(bool) {}
   virtual bool closed() const { return false; }  // nobody will look again
 
-  // A moment is drawn, or sent to all whose last one has left.
+  // A moment is drawn, or sent to all clients that have received their last one.
   virtual bool wants_frame() const { return true; }
   virtual bool touched() const { return false; }  // wants one although nothing happened
   virtual void show(const Moment& moment, const ViewState& state) = 0;

@@ -1,4 +1,4 @@
-// The files that a run leaves for other programs and people: pictures, films, pages, tables. Each
+// The output files of a run for other programs and people: pictures, films, pages, tables. Each
 // kind is a plugin, found by the ending of the file's name.
 #pragma once
 
@@ -51,12 +51,12 @@ class Writer {
 // The extension of a file name, in small letters; "" without one.
 std::string ending_of(const std::string& file);
 
-// The names that a writer of this file gives to what it writes, as FilePlan takes them; series of a
+// The names of the files that a writer makes for this file, as FilePlan takes them; series of a
 // world have the names of its systems.
 std::vector<std::string> written_names(const std::string& file,
                                        const std::vector<std::string>& systems = {});
 
-// Files of H5MD, which some builds do not know.
+// Files of H5MD, which some builds lack.
 bool is_hdf5(const std::string& ending);
 
 }  // namespace sim

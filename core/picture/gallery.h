@@ -12,7 +12,7 @@
 
 namespace sim {
 
-// Systems that show the same thing, side by side in equal panels.
+// Systems that show the same quantities, side by side in equal panels.
 struct Panels {
   std::vector<std::vector<std::string>> captions;  // lines of each; none: there are no panels
   std::vector<Moment> stage;                       // of one system, which the viewpoint holds
@@ -20,7 +20,7 @@ struct Panels {
   bool any() const { return !captions.empty(); }
 };
 
-// Columns and rows of so many panels.
+// Columns and rows for so many panels.
 struct PanelGrid {
   int columns = 1, rows = 1;
 };
@@ -28,11 +28,11 @@ PanelGrid panel_grid(int panels);
 
 class Gallery {
  public:
-  // Like those of Scenery, all arguments outlive it.
+  // All arguments outlive it, as in Scenery.
   Gallery(std::span<const Model> models, const Moments& moments, const Look& look,
           const Panels& panels = {});
 
-  // Draws the same pictures on another thread; what was found of the run is shared.
+  // Draws the same pictures on another thread; the analysis of the run is shared.
   Gallery(const Gallery& other);
 
   // Valid until the next call.

@@ -59,7 +59,7 @@ struct Model {
   bool lattice() const { return !names.empty(); }
   bool curves() const { return lattice() && triangles.empty(); }
 
-  // For each particle: true where a solid or a curve is drawn for it.
+  // For each particle: true if a solid or a curve is drawn for it.
   std::vector<bool> in_triangles() const;
 };
 
@@ -97,7 +97,7 @@ Model make_model(const SystemSpec& spec, Simulation& system);
 // Without energies and values.
 Frame take_frame(const Simulation& system);
 
-// (length - rest) / rest of a spring; not a number where rest is 0.
+// (length - rest) / rest of a spring; not a number if rest is 0.
 double strain(const Model& model, const Frame& frame, int family, std::size_t spring);
 
 }  // namespace sim

@@ -17,7 +17,7 @@ class MomentStore {
   virtual const Moment& head(std::size_t i) const = 0;
 };
 
-// A view: what it is made of outlives it.
+// A view; its source outlives it.
 class Moments {
  public:
   Moments(std::span<const Moment> moments) : moments_(moments) {}
@@ -30,7 +30,7 @@ class Moments {
 
   // The i-th: itself, or a copy of it in `room`.
   const Moment& at(std::size_t i, Moment& room) const;
-  // At least what MomentStore::head() has.
+  // At least the contents of MomentStore::head().
   const Frame& head(std::size_t i, std::size_t system) const;
 
   Moments of_system(std::size_t system) const;  // each moment has this one alone

@@ -1,6 +1,5 @@
-// A picture before it is drawn: triangles, lines and balls around the origin in units of the
-// scene's size, the ground, words on top, and the camera. Rasteriser and terminal know nothing
-// else.
+// A picture before rasterisation: triangles, lines and balls around the origin in units of the
+// scene's size, the ground, words on top, and the camera. Rasteriser and terminal use nothing else.
 #pragma once
 
 #include <array>
@@ -22,7 +21,7 @@ struct Eye {
   float focal = 3.5F;  // half the height of the picture is 1 / focal at distance 1
 };
 
-// The two sides of a surface. Where the picture has colours of points, the front takes them.
+// The two sides of a surface. If the picture has colours of points, the front takes them.
 struct Skin {
   V3 front, back;
   bool two_sided_colour = true;  // the back takes colours of points, too

@@ -1,4 +1,4 @@
-// Numbers as colours: what is measured at each particle, and the scale that shows it.
+// Numbers as colours: a quantity at each particle, and the scale that shows it.
 #pragma once
 
 #include <span>
@@ -34,13 +34,13 @@ std::string colour_of(const Look& look, std::span<const Model> models);
 // power of ten.
 ColourScale colour_scale(const Look& look, std::span<const Model> models, const Moments& moments);
 
-// The end of a scale that goes on while what it shows changes: it grows at once, and shrinks when
-// there is a fifth left.
+// The end of a scale for changing values: it grows at once, and shrinks when less than a fifth is
+// used.
 inline double steady_most(double now, double before) {
   return now > before || now < 0.2 * before ? now : before;
 }
 
-// The least of 1, 2, 3, 5 times a power of ten that is not below; 1 for what is not above 0.
+// The smallest of 1, 2, 3, 5 times a power of ten that is at least the value; 1 for values up to 0.
 double round_up(double value);
 
 }  // namespace sim

@@ -1,4 +1,4 @@
-// Models and moments become pictures, all seen from one place with one scale of colours.
+// Turns models and moments into pictures, all from one viewpoint with one scale of colours.
 #pragma once
 
 #include <array>
@@ -13,19 +13,19 @@ namespace sim {
 
 class Scenery {
  public:
-  // All of them outlive it, and there is a moment at least. Throws Error{kUsage} for a particle, a
-  // family or a quantity that no system has.
+  // All arguments outlive it, and there is at least one moment. Throws Error{kUsage} for a
+  // particle, a family or a quantity that no system has.
   Scenery(std::span<const Model> models, const Moments& moments, const Look& look);
 
   Picture picture(std::size_t moment) const;
 
-  // Another viewpoint or scale than those found: panels side by side share them.
+  // Replaces the viewpoint or scale: panels side by side share them.
   void set_viewpoint(const Viewpoint& viewpoint) { viewpoint_ = viewpoint; }
   void set_scale(const ColourScale& scale) { scale_ = scale; }
   void set_picked(std::vector<int> ids) { look_.picked = std::move(ids); }  // that have springs
   const Viewpoint& viewpoint() const { return viewpoint_; }
   const ColourScale& scale() const { return scale_; }
-  // Words instead of the system's name, method and time.
+  // Replaces the system's name, method and time by these words.
   void set_caption(std::vector<std::string> lines) { caption_ = std::move(lines); }
 
  private:

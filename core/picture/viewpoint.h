@@ -12,7 +12,7 @@
 
 namespace sim {
 
-// The part of a system that stays in view; what flies off further is not followed.
+// The part of a system that stays in view; particles that fly off further are not followed.
 struct Reach {
   Vec3 middle{0, 0, 0};                                                      // m
   double radius = 0;                                                         // m

@@ -1,4 +1,4 @@
-// One case of a sweep: what its values ask for, and the row of its judged run.
+// One case of a sweep: the run that its values define, and its row with the verdict.
 #pragma once
 
 #include <cstdint>
@@ -24,17 +24,18 @@ struct CaseValues {
   study::RunLength length = {};
 };
 
-// The values of all cases but those of one. Throws Error{kUsage} for what is no value.
+// `values` with those of case `index`. Throws Error{kUsage} for a text that is no value.
 CaseValues values_of(const SweepCases& cases, std::size_t index, CaseValues values);
 
-// Throws Error{kUsage} for a name that neither runs nor the scene have, and for a world.
+// Throws Error{kUsage} for a name that is neither an option nor a parameter of the scene, and for a
+// world.
 void check_cases(const SweepCases& cases, const SceneSpec& scene, const std::string& name);
 
 // The names of all that the scene observes, and these figures of it.
 std::vector<std::string> observed_columns(const SystemSpec& system,
                                           const std::vector<std::string>& of);
 
-// The columns of a case behind its values and before what is observed; the last one is "seconds".
+// The columns of a case after its values and before its observables; the last one is "seconds".
 const std::vector<std::string>& case_columns();
 
 struct CaseTask {
@@ -42,7 +43,7 @@ struct CaseTask {
   std::vector<std::string> of, observed;  // figures; observed_columns()
   bool verify = true;                     // a second run with half the step
   std::function<bool()> stop;             // not empty; asked in between
-  // Told the verdict; what it throws, an Error, is the exit of the case. May be empty.
+  // Called with the verdict; an Error that it throws is the outcome of the case. May be empty.
   std::function<void(const study::Verdict&, const std::string& system)> check = {};
 };
 

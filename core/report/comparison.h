@@ -32,17 +32,17 @@ struct ComparisonTask {
 
 class Comparison {
  public:
-  // Throws Error{kUsage} for what cannot be compared.
+  // Throws Error{kUsage} for methods that cannot be compared.
   explicit Comparison(ComparisonTask task);
   ~Comparison();
   Comparison(const Comparison&) = delete;
   Comparison& operator=(const Comparison&) = delete;
 
-  // Returns false when it was told to end; the functions below are for one that was not.
+  // Returns false if it was told to end; the functions below need a complete comparison.
   bool run(const study::Watch& watch);
 
-  // Each file gets a panel of each method at equal times, coloured by the error if the look has no
-  // other wish. Throws what writers throw.
+  // Each file gets a panel of each method at equal times, coloured by the error unless the look has
+  // another colour. Throws the errors of writers.
   void write(const std::vector<std::string>& files, const LookSpec& look,
              const std::function<bool()>& stop) const;
   std::string table() const;

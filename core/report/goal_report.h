@@ -15,14 +15,15 @@ namespace sim::report {
 std::string goal_json(const study::GoalChoice& choice, const std::string& of,
                       const std::string& command);
 
-// The cost of the choice over that of the cheapest; not a number where nothing keeps the error.
+// The cost of the choice over that of the cheapest; not a number if nothing keeps the error.
 double over_cheapest(const study::GoalChoice& choice);
 
-// " -i verlet -d 0.00625 -T 2": what makes the same run without any search, behind the scene.
+// The options that repeat the run without a search, to follow the scene: " -i verlet -d 0.00625 -T
+// 2".
 std::string goal_options(const study::GoalChoice& choice, const std::optional<double>& time);
 
-// The deviation that the choice measured, for the verdict on its run; not compared where the error
-// is not kept or says nothing of positions.
+// The deviation that the choice measured, for the verdict on its run; not compared if the error is
+// not kept or does not concern positions.
 study::RunDeviation goal_deviation(const study::GoalChoice& choice, const std::string& of);
 
 }  // namespace sim::report

@@ -16,7 +16,7 @@ struct IntegratorFacts {
   double oscillation_limit = 0, decay_limit = 0;
 };
 
-// With the defaults of its parameters; nothing when the plugin requires some to be given.
+// The facts for default parameters; empty if the plugin requires some to be given.
 std::optional<IntegratorFacts> integrator_facts(const PluginInfo& info, Registry& registry);
 
 // Keys order, evaluations, adaptive, symplectic, implicit, needs_second_order, oscillation_limit

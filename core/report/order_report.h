@@ -7,7 +7,7 @@
 
 namespace sim::report {
 
-// `of`: what was judged, as study::Quantity; empty: positions.
+// `of`: the judged quantity, as study::Quantity; empty: positions.
 std::string order_text(const study::OrderStudy& result, const std::string& of);
 std::string order_json(const study::OrderStudy& result, const std::string& of);
 

@@ -8,7 +8,7 @@
 
 namespace sim::report {
 
-// Brings it there: study::come_to_rest. Throws Error{kDiverged} where there is no rest.
+// Brings a scene to rest: study::come_to_rest. Throws Error{kDiverged} if there is no rest state.
 study::Rest rest_of(Simulation& system, const std::function<bool()>& stop);
 
 // "at rest: the largest force left is ..", one line.

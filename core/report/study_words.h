@@ -1,4 +1,4 @@
-// Words that reports of studies share.
+// Words shared by the reports of studies.
 #pragma once
 
 #include <optional>
@@ -8,14 +8,15 @@
 
 namespace sim::report {
 
-// The quantity that --of names, for study::Problem::of; nothing for an empty text. Throws
-// Error{kUsage} when the scene does not observe it.
+// The quantity that --of names, for study::Problem::of; empty for an empty text. Throws
+// Error{kUsage} if the scene does not observe it.
 std::optional<study::Quantity> quantity(const SystemSpec& spec, const std::string& text);
 
-// "mean sag = 1.234 (known to 0.002)", no digit more; "sag (known to 0.002)" of one at all times.
+// "mean sag = 1.234 (known to 0.002)", without meaningless digits; "sag (known to 0.002)" for one
+// at all times.
 std::string judged_text(const std::string& of, double figure, double error);
 
-// A name as the first cell of a row, padded; a longer one stands on a line of its own.
+// A name as the first cell of a row, padded; a longer one has a line of its own.
 std::string first_cell(const std::string& name, std::size_t width);
 
 // "64 particles", "1 spring".

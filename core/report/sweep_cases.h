@@ -22,7 +22,7 @@ SweepCases product_of(const std::vector<std::string>& axes);
 
 // A CSV file: names, then a row a case. Throws Error{kUsage}, Error{kIo}.
 SweepCases cases_in(const std::string& file);
-// The same where a name may stand twice, as in the table of a sweep over steps: the first is meant.
+// The same if a name may occur twice, as in the table of a sweep over steps: the first one counts.
 SweepCases table_in(const std::string& file);
 
 }  // namespace sim::report

@@ -1,4 +1,4 @@
-// The page of a scene that goes on: its HTML, and the frames that it draws.
+// The page of a running scene: its HTML, and the frames that it draws.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@ namespace sim {
 
 class LivePage {
  public:
-  // The objects that the scene points to outlive it.
+  // The objects of the scene outlive it.
   LivePage(const ViewScene& scene, bool pause_hidden);
 
   // `socket`: the path of its WebSocket.

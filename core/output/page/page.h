@@ -16,20 +16,21 @@ class Deflater;
 class JsonObject;
 
 // The Content-Security-Policy of a page whose script and style have that nonce: nothing else runs,
-// and nothing is loaded from anywhere.
+// and nothing is loaded from elsewhere.
 std::string page_policy(const std::string& nonce);
 
 class Page {
  public:
-  // The place to look from is found from all moments, of which there is one at least. They and the
-  // models outlive the page.
+  // The viewpoint is found from all moments, of which there is at least one. They and the models
+  // outlive the page.
   Page(std::span<const Model> models, const Moments& moments, const Look& look);
 
-  // Positions are whole numbers of 16 bits in the box of what moves, as differences from moment to
-  // moment, low bytes before high ones, deflated. Empty where that is more than `most` bytes.
+  // Positions are whole numbers of 16 bits in the bounding box of the motion, as differences from
+  // moment to moment, low bytes before high ones, deflated. Empty if that is more than `most`
+  // bytes.
   std::string of_run(std::size_t most) const { return made("null", "", most); }
 
-  // `live`: JSON that the page finds in H.live. Its policy is sent by whoever serves it.
+  // `live`: JSON for H.live of the page. Its policy is sent by the server.
   std::string of_live(const std::string& live, const std::string& nonce) const;
 
   // The frame that of_live() draws next, see LivePage; with the values of the moment on the scale,

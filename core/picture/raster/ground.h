@@ -1,4 +1,4 @@
-// The background: a sky, and a ground with a grid that ends in mist.
+// The background: a sky, and a ground with a grid that fades into mist.
 #pragma once
 
 #include "core/picture/raster/samples.h"

@@ -22,7 +22,8 @@ struct Image {
   }
 };
 
-// Keeps the sky and the ground as long as the eye rests, so that one is used for a whole film.
+// Caches the sky and the ground as long as the eye rests, so that one rasteriser serves a whole
+// film.
 class Raster {
  public:
   // 1 .. kMostPixels pixels a side; throws Error{kUsage}.

@@ -32,7 +32,7 @@ struct Rect {
   void include(const Rect& other);
 };
 
-// v as an integer between the two; the least for what is no number.
+// v as an integer between the two; the lower one for a value that is not a number.
 int to_int(float v, int least, int most);
 
 class Samples {
@@ -47,7 +47,7 @@ class Samples {
 
   void clear(const Projection& projection);
 
-  // Each under an id > 0; corners in the axes of the eye.
+  // Draws an item under an id > 0; corners in the axes of the eye.
   void triangle(std::uint32_t id, const V3& a, const V3& b, const V3& c);
   void ball(std::uint32_t id, const V3& centre, float radius);
   // Draws a line of a width in pixels; `nearer` moves it towards the eye by a fraction of its

@@ -9,7 +9,7 @@
 
 namespace sim::raster {
 
-// A casting ball stays a ball, triangles and lines are taken as they are.
+// The shadow of a ball is that of a ball; triangles and lines are taken as they are.
 class ShadowMap {
  public:
   void draw(const Picture& picture);

@@ -13,8 +13,8 @@ class Tone {
  public:
   Tone();
 
-  // The pixel (x, y) of an 8-bit image; what lies between two values is spread over 4 x 4 pixels,
-  // and light above 0.8 is pressed together below 1.
+  // The pixel (x, y) of an 8-bit image; values between two levels are dithered over 4 x 4 pixels,
+  // and light above 0.8 is compressed below 1.
   void put(const V3& light, int x, int y, std::uint8_t* rgb) const {
     static constexpr int kSpread[16] = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
     const int spread = kSpread[(y & 3) * 4 + (x & 3)];
