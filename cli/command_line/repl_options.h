@@ -19,7 +19,7 @@ struct ReplCommandLine {
   std::vector<Source> sources;  // -e and -f, in their order
   Mode mode = Mode::kText;
   std::string resume;   // a checkpoint
-  std::string record;   // --record: a file for what is changed
+  std::string record;   // --record: a file for changes
   std::string init;     // --init: a file for the start, "none" for none; else one of one's own at a
                         // terminal
   Folders plugin_path;  // --plugin-path

@@ -28,7 +28,7 @@ class Records {
 
   // The value at t; throws Error{kUsage} when it is no number, and what Lua throws.
   void take(const std::string& name, Prompt& lua, double t);
-  void end(const std::string& name);  // keeps what it has, and takes no more
+  void end(const std::string& name);  // writes the record so far, and takes no more
 
  private:
   std::vector<Record> records_;

@@ -39,19 +39,19 @@ class LiveScene {
 
   // Each system takes so many steps, or goes so far: the one furthest behind in time takes the next
   // step. Throws Interrupted and Error{kDiverged}; steps stay whole. `until` ends it; asked first.
-  using Outcome = std::optional<Verdict>;  // none on what only ran again, with changes by hand
+  using Outcome = std::optional<Verdict>;  // none for a repetition with changes by the user
   Outcome step(std::int64_t steps);  // judged when that is asked for, with others that came before
-  Outcome run(double seconds);  // the last step is shorter if it has to be, beyond what is known
+  Outcome run(double seconds);       // the last step is shorter if necessary, beyond those known
   Outcome run_until(const Condition& until);  // Error{kCheck} after 100 durations of the scene
   const std::optional<Judged>& judged();      // none before the first run
   std::vector<Look> looks;
   void reset();
-  void back(std::int64_t steps);   // Error{kUsage} for what is before the first snapshot
+  void back(std::int64_t steps);   // Error{kUsage} for a step before the first snapshot
   void go_to(double t);            // s; the same
   bool undo();                     // the last change of the present system, at the same time
   void part();                     // the next change counts by itself
   void act(const Action& action);  // on the present system
-  void edit(const std::function<void(Simulation&)>& change);  // the same, of what is no action
+  void edit(const std::function<void(Simulation&)>& change);  // the same, if it is no action
   void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
   // Somebody else goes on by the timelines, which it gives back.
   void lend(const std::function<void(std::vector<Timeline>&, RecordingWriter*)>& play);
@@ -86,7 +86,7 @@ class LiveScene {
   void judge_steps();
   std::vector<std::int64_t> targets_after(double seconds) const;
   void travel(const std::vector<std::int64_t>& steps);
-  void check_idle();           // throws Error{kUsage} inside a run; judges what was only stepped
+  void check_idle();           // throws Error{kUsage} inside a run; judges the last steps
   void check_one_way() const;  // ... or in a recording
   std::string recorded_name(std::size_t system) const;
   void share_budget();

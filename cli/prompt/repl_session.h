@@ -65,7 +65,7 @@ class Session {
   void say(const std::string& text);   // data
   void tell(const std::string& text);  // words, where somebody is there to read them
   void tell_position();                // ... where the scene is, if that is new
-  void show(const Data& value);        // as the mode wants it
+  void show(const Data& value);        // in the present mode
   void say_rows(const CsvText& text);  // the header only where it is new
 
   std::string prompt() const;

@@ -31,7 +31,7 @@ class LineEditor {
   void remember(const std::string& text);
 
  private:
-  struct Editing;  // libedit and what it calls
+  struct Editing;  // libedit and its callbacks
 
   PromptHistory history_;
   std::string last_;

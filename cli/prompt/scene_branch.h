@@ -18,7 +18,7 @@ namespace sim::cli {
 struct SceneOrigin {
   SceneRequest request;
   LoadedScene scene;
-  std::vector<Settings> loaded;  // of its systems as they were read; what differs is a choice
+  std::vector<Settings> loaded;  // of its systems as loaded; differences are choices
   std::string doubt = {};        // of the checkpoint it was resumed from, see Account
 
   std::size_t first_choice() const;  // its first system of particles, or its first one

@@ -18,7 +18,7 @@ namespace sim::cli {
 // The frames of a run that are kept, and how they are shown.
 struct OutRequest {
   std::vector<std::string> files;
-  LookSpec look;  // over what the scene says
+  LookSpec look;  // overrides that of the scene
   std::optional<double> fps;
   std::optional<std::int64_t> every;
 

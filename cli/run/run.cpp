@@ -87,7 +87,7 @@ class Run {
   Clock::time_point begin_ = Clock::now();
   double seconds_ = 0;
   bool long_told_ = false;                     // that it takes long
-  std::string explanation_;                    // of what diverged, for people
+  std::string explanation_;                    // of a divergence, for people
   std::vector<std::string> explanation_json_;  // ... for machines, one a system
 };
 

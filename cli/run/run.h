@@ -31,7 +31,7 @@ struct RunRequest {
   bool from_rest = false;                   // starts where the scene comes to rest
   std::optional<study::Budget> error;       // asked for: method and step are chosen by it
   bool until_horizon = false;               // ends where that is no longer kept
-  std::vector<std::string> of;              // figures of what the scene observes, for the report
+  std::vector<std::string> of;              // figures of observables, for the report
   std::optional<Checks> checks;
   OutRequest out;                       // pictures, films and files for other programs
   std::optional<EngineRequest> engine;  // another program makes the steps, of one system

@@ -40,7 +40,7 @@ class RunOutputs {
   int code() const { return code_; }  // of the first failure, or 0
   // Nobody is left to run for: all that was asked for has failed, or a reader has gone.
   bool deserted() const;
-  void tell_written();  // after failures: what was written all the same
+  void tell_written();  // after failures: the files written all the same
 
  private:
   template <class Use>

@@ -95,7 +95,7 @@ Console standard_console() {
   } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
   if (descriptor >= 0) ::close(descriptor);
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // as a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // like a full disk
   std::ios::sync_with_stdio(false);
   std::cin.tie(nullptr);
   // They last as long as the process, as the streams do, and take no memory that may be refused.

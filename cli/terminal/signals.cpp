@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kPatience = 3;      // signals at once, and
 constexpr double kMoment = 0.3;   // s, after which the second is enough
-constexpr unsigned kSeconds = 2;  // s after SIGTERM, until what cannot be stopped is ended
+constexpr unsigned kSeconds = 2;  // s after SIGTERM, until a process that does not stop is ended
 // The last three only while a checkpoint is owed.
 constexpr std::array<int, 7> kSignals{SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGQUIT, SIGUSR1, SIGUSR2};
 constexpr std::size_t kUsual = 4;

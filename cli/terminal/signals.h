@@ -40,7 +40,7 @@ class SessionSignals {
   static int caught();  // the last one since clear(), or 0
   static bool any() { return caught() != 0; }
   static void clear();
-  static void forget_interrupt();  // of what is over; a signal to end stays
+  static void forget_interrupt();  // an old one; a signal to end stays
   static void check();             // throws Interrupted
 };
 

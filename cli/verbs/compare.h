@@ -20,7 +20,7 @@ struct CompareRequest {
   std::vector<ComparedMethod> methods;  // empty: the scene's own and some known ones
   std::optional<double> time;           // s; nothing = the scene's duration
   OutRequest out;
-  std::string of;  // what the scene observes, or a figure of it, to be compared, too
+  std::string of;  // an observable, or a figure of it, to be compared, too
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };

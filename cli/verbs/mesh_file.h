@@ -10,7 +10,7 @@
 namespace sim::cli {
 
 struct Mesh {
-  std::vector<Vec3> points;  // those that some triangle has, in the order of the file
+  std::vector<Vec3> points;  // the points of triangles, in the order of the file
   std::vector<std::array<int, 3>> triangles;
   int dropped = 0;  // triangles without an area, of fewer than three points
 };

@@ -8,7 +8,7 @@
 namespace sim::cli {
 
 struct NewPluginRequest {
-  bool flags = false;     // print what g++ needs to build a plugin, and do nothing else
+  bool flags = false;     // print the options by which g++ builds a plugin, and end
   std::string kind = {};  // force, field, integrator, constraint, collider, motion, law ..
   std::string name = {};  // letters, digits and _; also of the folder
 };

@@ -14,7 +14,7 @@ namespace sim::cli {
 struct StudyRequest {
   std::string study;
   SceneRequest scene;
-  ValueMap given;              // its own options; texts become what they are declared to be
+  ValueMap given;              // its own options; texts are converted to the declared types
   std::string of;              // as study::Quantity; empty: positions
   std::optional<double> time;  // s; nothing = the scene's duration
   std::vector<MethodChoice> integrators;  // empty = all that fit

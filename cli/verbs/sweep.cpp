@@ -40,7 +40,7 @@ class Sweep {
   std::string list() const;
   // Runs what is not known yet. False when it was told to end.
   bool run(StudyProgress& progress);
-  void collect();  // what earlier runs have kept
+  void collect();  // the results of earlier runs
   void write(Console& console) const;
   std::string notes() const;  // of rows that could not be kept
   std::string summary() const;

@@ -21,10 +21,10 @@ struct SweepRequest {
   std::string cases;              // ... or a file of cases
   RunLength length;               // of all cases, where these do not say it
   std::optional<Checks> checks;
-  std::vector<std::string> of;         // figures of what the scene observes: columns
+  std::vector<std::string> of;         // figures of observables: columns
   std::string out;                     // the table; empty: standard output, nothing is kept
   std::int64_t part = 0, parts = 1;    // takes the cases with index % parts == part
-  bool list = false, collect = false;  // no runs: what cases there are; the table of those done
+  bool list = false, collect = false;  // no runs: the list of cases; the table of those done
   bool keep_failed = false;            // a case that failed is not tried again
   bool verify = true;                  // each run once more with half the step
   std::optional<double> timeout;       // s, of a case

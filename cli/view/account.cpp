@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMostSamples = 2000;
 constexpr std::int64_t kLeastSteps = 1000;  // that a verdict is about
-constexpr double kRarely = 20;              // times of what it costs, between two looks
+constexpr double kRarely = 20;              // times its cost, between two samples
 constexpr double kOften = 0.1;              // s, at most
 
 std::chrono::steady_clock::time_point after(std::chrono::steady_clock::time_point begin) {

@@ -24,7 +24,7 @@ class EnergyAccount {
   std::int64_t due() const;
   void look();       // before hands do something
   void stepped();    // after steps, hands and all that is done between them
-  void travelled();  // after a way through time, and where another step or method begins
+  void travelled();  // after a jump in time, and when another step or method begins
   EnergySample sample();
   // The step of the last sample before the energy rose a million times, if it did; else -1.
   std::int64_t last_good() const;

@@ -14,7 +14,7 @@
 namespace sim::cli {
 namespace {
 
-constexpr double kPreview = 0.06;  // s of work to see what is to come
+constexpr double kPreview = 0.06;  // s of work for a look ahead
 constexpr int kPreviewMoments = 12;
 constexpr double kApart = 20;         // of its size, or of a metre: too far to be looked at
 constexpr double kLongestDebt = 0.1;  // s behind the clock, more is never caught up
@@ -220,7 +220,7 @@ void Live::fail(std::size_t system, std::string words) {
 }
 
 void Live::measure_limits() {
-  constexpr double kLeast = 1, kTimes = 50;  // s, of what it costs: until the next look
+  constexpr double kLeast = 1, kTimes = 50;  // s, times its cost: until the next sample
   shares_stale_ = false;
   const auto begin = Clock::now();
   for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i] = stable_share(player_.system(i));

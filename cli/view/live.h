@@ -37,7 +37,7 @@ class Live {
 
   ViewScene scene() const;
   Moment moment();
-  ViewState state();                     // with the moment: what is shown next
+  ViewState state();                     // with the moment: the next one to be shown
   bool fresh() const { return fresh_; }  // something changed since the last one
   Player& player() { return player_; }
 
@@ -87,7 +87,7 @@ class Live {
   Player player_;
   std::vector<std::size_t> before_;  // actions of each system that are not to be undone here
   std::vector<Model> models_;
-  std::vector<Moment> preview_;  // of the time to come: what the first camera sees
+  std::vector<Moment> preview_;  // of later times, for the first camera
   std::vector<EnergyAccount> accounts_;
   Measured measured_;
   std::vector<Hand> hands_;

@@ -8,7 +8,7 @@
 namespace sim::cli {
 namespace {
 
-constexpr double kFurthest = 1e9;  // m, that a hand reaches
+constexpr double kFurthest = 1e9;  // m, the reach of a user
 
 [[noreturn]] void refuse_word(const std::string& what, const std::string& why) {
   throw Error(ErrorKind::kUsage, {what, "", why, ""});

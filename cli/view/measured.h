@@ -33,7 +33,7 @@ class Measured {
   // The error of positions since the last begin_anew(); empty if it is not known.
   study::RunDeviation parted(std::size_t system) const;
   void afford(bool errors);  // without being asked
-  void begin_anew();         // another step or method, a way through time: errors count from now on
+  void begin_anew();         // another step or method, a jump in time: errors count from now on
 
   void fill(Moment& moment, const std::vector<Model>& models);
 

@@ -39,7 +39,7 @@ class TerminalFront {
 
   void take(const TerminalEvent& event);
   bool closed() const { return front_.closed(); }
-  std::string picture();  // what is to be written now
+  std::string picture();  // the output due now
 
  private:
   std::string status() const;

@@ -10,7 +10,7 @@ namespace sim {
 // A product of powers of m, s and kg, times a size; angles are numbers.
 struct Dimension {
   std::array<int, 3> power{};  // of m, s and kg
-  double size = 1;             // what one of it is in SI units
+  double size = 1;             // the size of one unit in SI units
 
   // Sizes that differ by rounding alone are equal.
   friend bool operator==(const Dimension& a, const Dimension& b);

@@ -80,7 +80,7 @@ std::string bytes_text(double bytes) {
 
 void require_memory(double bytes, const std::string& what, const std::string& where,
                     const std::string& remedy) {
-  constexpr double kNoLook = 64e6;  // bytes: what every machine has
+  constexpr double kNoLook = 64e6;  // bytes, which every machine has
   if (bytes < kNoLook) return;
   const double left = memory_left();
   if (bytes <= left) return;

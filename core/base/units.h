@@ -9,7 +9,7 @@ namespace sim {
 
 struct Unit {
   const char* name;
-  double size;  // what one of it is
+  double size;  // of one unit
 };
 
 // The number with the first of the units that the text ends with, or without one.

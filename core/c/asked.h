@@ -24,7 +24,7 @@ struct Asked {
 
 // A required error instead of a step.
 struct ChoiceRequest {
-  std::optional<study::Budget> error = {};  // nothing: what the scene asks for
+  std::optional<study::Budget> error = {};  // nothing: that of the scene
   std::string of = {};                      // a quantity; "": positions
   double time = 0;                          // s, of the run; not above 0: the duration
 };

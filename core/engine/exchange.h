@@ -47,7 +47,7 @@ class Exchange {
   Vec3 velocity(int i) const { return view().velocity(i); }
   Vec3 gravity() const;                            // m/s^2
   double drag() const;                             // kg/s
-  double tolerance() const { return tolerance_; }  // of implicit methods; 0: what is enough
+  double tolerance() const { return tolerance_; }  // of implicit methods; 0: a sufficient one
   // The map of a free particle, for methods with kicks.
   KickMap map(int i) const { return kick_map(mass(i)); }
   KickMap kick_map(double mass_there) const { return {method_, mass_there, drag(), h()}; }

@@ -18,8 +18,8 @@ class FirstSteps {
   std::int64_t step() const { return step_; }  // at which states are compared; -1: at none
 
   struct Answer {
-    double digits = 0;  // of the way from the start, rms over particles; infinite: the same bits
-    bool same = true;   // to what roundings explain
+    double digits = 0;  // relative to the distance from the start, rms; infinite: same bits
+    bool same = true;   // up to rounding
   };
   // Compares the present state, at step().
   Answer compare(const Simulation& system) const;

@@ -31,7 +31,7 @@ struct CellNames {
 struct Names {
   std::vector<std::string> inputs;        // the variables: name i is input i
   std::map<std::string, double> numbers;  // constants
-  std::set<std::string> used = {};        // what texts named of these, added to
+  std::set<std::string> used = {};        // those of these names that texts used, added to
   CellNames cells = {};
 };
 

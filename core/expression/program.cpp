@@ -143,7 +143,7 @@ Code::Code(const Graph& graph, std::span<const int> roots, int input_count)
     Instruction now{operation.op, 0, {0, 0, 0}};
     for (int i = 0; i < operands; ++i) {
       const int from = slot_of(operation.operand[i]);
-      SIM_ASSERT(from >= 0);  // operands come before what reads them
+      SIM_ASSERT(from >= 0);  // operands come before their users
       now.operand[i] = static_cast<std::uint16_t>(from);
       const bool repeated =
           std::count(operation.operand, operation.operand + i, operation.operand[i]) > 0;

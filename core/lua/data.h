@@ -50,7 +50,7 @@ struct Data {
   Data(std::vector<std::pair<Data, Data>> fields);
 
   bool nil() const { return value.index() == 0; }
-  bool truth() const;  // as Lua sees it
+  bool truth() const;  // by Lua's rules
   const DataTable* table() const;
 };
 

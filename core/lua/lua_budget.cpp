@@ -15,7 +15,7 @@ namespace sim {
 namespace {
 
 constexpr double kFirstLook = 0.1;  // s; the clock of the processor is asked after them only
-constexpr double kGrace = 2;        // s beyond the budget, until what is stuck is given up
+constexpr double kGrace = 2;        // s beyond the budget, until a stuck call is given up
 constexpr std::size_t kHeader = sizeof(std::uint64_t);  // before each block: the object's serial
 constexpr std::size_t kLongString = 100'000;            // bytes
 constexpr std::size_t kStepBytes = 64;                  // that cost as much as an instruction

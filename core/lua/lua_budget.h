@@ -102,11 +102,11 @@ class LuaBudget {
   LuaLimits limits_;
   bool (*interrupted_)();
   std::size_t memory_ = 0, refused_ = 0;  // bytes
-  std::string refused_at_;                // where in the scene, by the limit or the system
+  std::string refused_at_;                // the location in the scene, by the limit or the system
   bool by_limit_ = false;
   std::uint64_t objects_ = 0;           // made so far
   const char* newest_ = nullptr;        // of them
-  std::ptrdiff_t userdata_offset_ = 0;  // bytes, of what a userdata holds, behind its beginning
+  std::ptrdiff_t userdata_offset_ = 0;  // bytes, offset of the contents of a userdata
   lua_State *main_ = nullptr, *running_ = nullptr;
   End ended_ = End::kNone;
   std::string place_;

@@ -38,7 +38,7 @@ class Arnoldi {
 
   int size() const;  // k
   int products() const;
-  double rest() const;  // norm of what the basis misses
+  double rest() const;  // norm of the residual
 
   RitzPairs pairs() const;                           // of H_k; symmetric if S is
   std::vector<std::complex<double>> values() const;  // the eigenvalues alone

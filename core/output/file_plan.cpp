@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostLinks = 40;  // as the system follows
+constexpr int kMostLinks = 40;  // the system's own limit
 
 // A file that is there, or the folder that will have it and its name below that.
 struct Identity {
@@ -75,7 +75,7 @@ struct Series {
 struct Planned {
   std::string role, file;
   int output = 0;                    // 0: it is read
-  std::vector<Identity> files = {};  // those of a series that are there already
+  std::vector<Identity> files = {};  // existing files of a series
   std::optional<Series> series = {};
   Identity folder = {};  // with `name`: where a series may have it
   std::string name = {};

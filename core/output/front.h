@@ -17,7 +17,7 @@ struct FrontEvent {
   enum class What { kKey, kPress, kMove, kRelease, kLook } what = What::kKey;
   std::string key = {};  // "q", "Left", "Space", ...
   float x = 0, y = 0;
-  bool moves = false;  // a press that moves the eye, not what is there
+  bool moves = false;  // a press that moves the eye, not the scene
   bool shift = false, control = false;
 };
 
@@ -67,7 +67,7 @@ class Front {
   void begin_scene();
   std::string colour_now() const;
   void colour_on(std::vector<std::string>& words);
-  std::size_t seen(std::size_t system) const;  // its place among those that are shown
+  std::size_t seen(std::size_t system) const;  // its index among the visible ones
   void flatten(Picture& picture) const;
 
   ViewScene scene_;
@@ -76,7 +76,7 @@ class Front {
   ViewState state_;
   Look look_;
   std::vector<bool> hidden_;
-  std::vector<Model> models_;  // of what is not hidden, with the pins of now
+  std::vector<Model> models_;  // of the visible parts, with the present pins
   std::vector<Moment> now_;    // the same
   std::unique_ptr<Scenery> scenery_;
   Viewpoint base_, view_;

@@ -53,7 +53,7 @@ class Output {
     if (buffer_.size() >= kChunk) write();
   }
   void write();          // throws Error{kIo} or ClosedPipe; of a regular file all of it or nothing
-  void publish();        // the file takes its name now; what is written later is added to it
+  void publish();        // the file takes its name now; later output is appended
   void commit();         // the rest of the rows, then the new file takes its name
   void commit_safely();  // the same; and it is there even if the machine stops right after
 

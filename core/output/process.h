@@ -24,7 +24,7 @@ class Process {
  public:
   // Throws Error{kIo}.
   explicit Process(const std::vector<std::string>& words, const ProcessPlace& place = {});
-  ~Process();  // ends the program, and those that it started, if it still runs
+  ~Process();  // ends the program and its children if it still runs
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 

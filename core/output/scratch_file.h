@@ -19,7 +19,7 @@ class ScratchFile {
   ScratchFile& operator=(const ScratchFile&) = delete;
 
   std::uint64_t size() const { return size_; }
-  std::uint64_t append(std::string_view bytes);  // where they begin; throws Error{kIo}
+  std::uint64_t append(std::string_view bytes);  // returns their offset; throws Error{kIo}
   void read(std::uint64_t at, char* to, std::size_t count) const;  // from any thread
 
  private:

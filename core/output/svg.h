@@ -21,7 +21,7 @@ struct ChartCurve {
 struct ChartLine {
   double y = 0;
   std::string name;
-  bool tinted = false;  // what is below it has a tint
+  bool tinted = false;  // the area below it is tinted
 };
 
 // A point with a circle around it and a label.
@@ -44,7 +44,7 @@ std::string svg(const Chart& chart);
 // Some quantities over time, or over something else, on linear axes.
 struct TimeChart {
   std::string title, y_name;
-  std::vector<ChartCurve> curves;  // (t in s, value); what is not finite is left out
+  std::vector<ChartCurve> curves;  // (t in s, value); values that are not finite are left out
   bool from_zero = true;           // the axis of values holds 0
   std::string x_name = "t [s]";
 };

@@ -20,7 +20,7 @@ struct ViewScene {
   int number = 0;      // a scene that comes later has another one
   bool world = false;  // words begin with the name of their system
   std::span<const Model> models{};
-  std::span<const Moment> preview{};  // of the time to come: what the first camera sees
+  std::span<const Moment> preview{};  // of later times, for the first camera
   Look look{};
   std::vector<std::string> methods{};  // names of integrators
   std::vector<SceneArg> args{};        // parameters of the scene
@@ -29,7 +29,7 @@ struct ViewScene {
 struct ViewTask {
   ViewScene scene{};
   std::string title{};
-  std::string token{};        // what an address must hold to be answered: letters and digits
+  std::string token{};        // required in an address: letters and digits
   std::string nonce{};        // of the page's own script: letters and digits, random
   int port = 0;               // 0: one that is free
   bool pause_hidden = false;  // while no eye is on it, it pauses
@@ -55,12 +55,12 @@ struct ViewSystem {
 struct ViewState {
   int number = 0;  // of the scene
   bool playing = true, slow = false;
-  double speed = 1, real = 0;         // of real time: wanted, and reached
-  double us = 0;                      // microseconds a step
-  double known = 0;                   // s, as far as it has been
-  std::string failure{};              // why it stopped
-  std::string measured{};             // what `values` of the frames are: energy, error, mode, or ""
-  std::vector<ViewSystem> systems{};  // as the models
+  double speed = 1, real = 0;            // of real time: wanted, and reached
+  double us = 0;                         // microseconds a step
+  double known = 0;                      // s, as far as it has been
+  std::string failure{};                 // why it stopped
+  std::string measured{};                // `values` of the frames: energy, error, mode, or ""
+  std::vector<ViewSystem> systems{};     // as the models
   std::span<const EnergySample> past{};  // of the first system that has energies
 };
 
@@ -91,7 +91,7 @@ class View {
   virtual bool wants_frame() const { return true; }
   virtual bool touched() const { return false; }  // wants one although nothing happened
   virtual void show(const Moment& moment, const ViewState& state) = 0;
-  virtual void refuse(std::uint64_t to, const std::string& why) = 0;  // what was said
+  virtual void refuse(std::uint64_t to, const std::string& why) = 0;  // its last message
   virtual void renew(const ViewScene& scene) = 0;                     // another one from now on
 };
 

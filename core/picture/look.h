@@ -12,7 +12,7 @@
 namespace sim {
 
 struct Look {
-  std::optional<Vec3> eye, at, up;  // m; what is not given, the picture finds itself
+  std::optional<Vec3> eye, at, up;  // m; the picture finds the missing ones itself
   double fov = 30;                  // degrees, of the height
   std::optional<double> ground;     // m, its height
   bool wireframe = false;

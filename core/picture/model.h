@@ -46,7 +46,7 @@ struct Model {
   std::vector<std::string> names;
   std::vector<double> mass;                   // kg, of each particle; empty in first order
   std::vector<int> pinned;                    // ids, ascending
-  std::vector<int> in_bodies;                 // those that rigid bodies are made of
+  std::vector<int> in_bodies;                 // the particles of rigid bodies
   std::vector<std::array<int, 3>> triangles;  // of surfaces, or of the grid
   std::array<int, 3> grid{0, 0, 0};           // particles in each direction; 0: there is none
   std::vector<ModelFamily> families;

@@ -39,7 +39,7 @@ struct PictureLine {
   V3 a, b;
   float width = 1;  // in 1/720 of the picture's height
   V3 colour;
-  bool in_front = false;  // drawn over what is up to a little nearer
+  bool in_front = false;  // drawn over items up to slightly nearer
 };
 
 struct PictureBall {

@@ -18,7 +18,7 @@ struct ColourScale {
   double most = 1;         // the end of the scale, SI; with both signs it begins at -most
   bool both_signs = false;
 
-  V3 colour(double value) const;    // grey for what is not finite
+  V3 colour(double value) const;    // grey for a value that is not finite
   unsigned screen(double s) const;  // 0 .. 1 along the scale, as 0xRRGGBB
 };
 

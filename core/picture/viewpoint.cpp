@@ -211,7 +211,7 @@ Viewpoint make_viewpoint(std::span<const Model> models, const Moments& moments, 
   if (!look.eye) {
     const Vec3 at = view.at;
     double distance = fit(view, points, 0.80 * tan_x, 0.76 * tan_y);
-    if (look.at) view.at = at;  // what is looked at was said
+    if (look.at) view.at = at;  // the target was given
     distance = std::max(distance, 0.2 / viewpoint.scale);
     eye = view.at - distance * view.forward;
     if (!look.at) eye -= 0.07 * distance * tan_y * view.up;  // room for words above

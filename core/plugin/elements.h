@@ -21,7 +21,7 @@ struct PluginInfo;
 // element may have values of its own for.
 struct ElementKind {
   int arity = 0;             // particles that one joins, 1 to 4; 0: the plugin takes none
-  const char* name = "tie";  // what one is called
+  const char* name = "tie";  // the name of one element
   bool cells = false;        // cells that fill a body, of 4 particles or of 10
 
   bool takes(int count) const { return arity > 0 && (count == arity || (cells && count == 10)); }

@@ -19,13 +19,13 @@
 namespace sim {
 
 class StepCorrection;  // core/particles/step_correction.h
-struct ContactTask;    // core/particles/contact_task.h: what it keeps apart
+struct ContactTask;    // core/particles/contact_task.h
 
 // Kinds of the laboratory, which the kernel knows by name only.
 class Writer;       // core/output/writer.h
-struct WriterTask;  // what it is to write
+struct WriterTask;  // the task of a writer
 class View;         // core/output/view.h
-struct ViewTask;    // what it is to show
+struct ViewTask;    // the task of a view
 class Study;        // core/study/study.h
 namespace engine {
 class Engine;  // core/engine/engine.h

@@ -21,7 +21,7 @@ struct PluginInfo {
   std::string formula = {};  // the mathematics, one or more lines
   std::string source = {};   // author (year), equation; may be empty
   ParamList params = {};
-  ElementKind elements = {};  // forces: what a scene may tie to it
+  ElementKind elements = {};  // forces: the elements that they take
   bool pointwise = false;  // forces: the force on a particle depends on it alone, so that a scene
                            // may name the particles it acts on
   bool free_numbers =

@@ -54,7 +54,7 @@ class SdfCollider : public Collider {
   virtual double turning_radius(const Vec3& /*axis*/) const { return 0; }
 
   bool inside() const { return inside_; }
-  void fill_outside() { inside_ = false; }  // the shape itself is what is solid
+  void fill_outside() { inside_ = false; }  // the shape itself is solid
 
  private:
   Pose pose(double t) const;
@@ -64,7 +64,7 @@ class SdfCollider : public Collider {
   ContactMaterial surface_;
   double thickness_;
   bool inside_;
-  double t0_ = 0, t1_ = 0;  // where a sampled motion was looked at
+  double t0_ = 0, t1_ = 0;  // the samples of a sampled motion
   Pose first_, last_;
 };
 

@@ -35,7 +35,7 @@ using ParticleFunction =
 // A collider given in a scene: each user gets an instance of its own.
 struct ColliderMaker {
   std::function<std::unique_ptr<Collider>()> make;
-  std::string text;  // what the scene says of it
+  std::string text;  // its text in the scene
 };
 
 using Colliders = std::vector<std::shared_ptr<const ColliderMaker>>;
@@ -58,7 +58,7 @@ class Value : public AnyValue {
   Value(double number);
   Value(std::string text);
   Value(Vec3 vector);
-  using AnyValue::AnyValue;  // from what converts to one of them, by the rules of std::variant
+  using AnyValue::AnyValue;  // conversions follow the rules of std::variant
   Value(const Value& other);
   Value(Value&& other) noexcept;
   Value& operator=(const Value& other);

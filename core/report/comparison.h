@@ -24,8 +24,8 @@ struct ComparisonTask {
   std::vector<ComparedMethod> methods =
       {};                           // 16 at most; empty: the scene's own and some known ones
   std::optional<double> time = {};  // s; nothing = the scene's duration
-  std::string of = {};  // what the scene observes, or a figure of it, to be compared, too
-  double fps = 30;      // pictures a second of films
+  std::string of = {};              // an observable, or a figure of it, to be compared, too
+  double fps = 30;                  // pictures a second of films
   // The run that errors are taken against, instead of a reference with an error of its own.
   std::optional<ComparedMethod> reference = {};
 };

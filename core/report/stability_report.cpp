@@ -43,7 +43,7 @@ std::string off_text(const MethodStability& each) {
 std::string standing(const MethodStability& each, double dt) {
   if (study::has_own_steps(each.method)) return "own steps";
   const std::optional<double> limit = study::step_limit(each);
-  const bool inside = limit && dt < *limit;  // what grows then is the system
+  const bool inside = limit && dt < *limit;  // then the system itself grows
   if (each.radius && *each.radius > 1 + 1e-3 && !inside)
     return std::isinf(*each.radius) ? "fails" : "x" + brief(*each.radius, 3);
   if (!limit) return "-";

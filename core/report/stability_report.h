@@ -8,6 +8,6 @@
 namespace sim::report {
 
 std::string stability_text(const study::Stability& result);
-std::string stability_json(const study::Stability& result);  // what `sim stability --help` says
+std::string stability_json(const study::Stability& result);  // see `sim stability --help`
 
 }  // namespace sim::report

@@ -18,7 +18,7 @@ struct BodyAttachments {
   Elements own;                  // of nodes, where there are any
   const Elements& elements;      // these, or those of particles
   std::vector<JointNode> nodes;  // empty: all are particles
-  int count;                     // of what the elements may join
+  int count;                     // of the points that elements may join
 };
 
 }  // namespace sim

@@ -50,7 +50,7 @@ class Breaking {
   std::vector<std::uint8_t> broken_;       // of each tie
   std::vector<std::array<int, 2>> pairs_;  // that ties join, ascending
   std::vector<int> pair_of_;               // of each tie
-  std::vector<int> others_;                // of each pair: what joins it that cannot break
+  std::vector<int> others_;                // of each pair: the unbreakable elements between them
   std::vector<std::array<int, 2>> torn_;
 };
 

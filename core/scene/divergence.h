@@ -12,7 +12,7 @@ namespace sim {
 // the last good one, before that step.
 struct Divergence {
   StepStatus status = StepStatus::kDone;
-  int particle = 0;       // or what `item` says; -1 when the status says all
+  int particle = 0;       // or an index of `item`; -1 if the status says all
   std::int64_t step = 0;  // the step that failed, counted from 1
   double t = 0, h = 0;    // s, time at the end of that step
   std::string quantity;   // "x", "vy", "component", "memory"

@@ -9,9 +9,9 @@ namespace sim {
 namespace {
 
 // Bytes, nine tenths of the measured use of this program's scenes from 400 x 400 on.
-constexpr double kParticle = 240;   // its description, X twice, what a step keeps of it
+constexpr double kParticle = 240;   // its description, X twice, the memory of a step
 constexpr double kStage = 8;        // more for each evaluation of a step
-constexpr double kEmbedded = 300;   // what an adaptive method keeps besides
+constexpr double kEmbedded = 300;   // the additional memory of an adaptive method
 constexpr double kImplicit = 1000;  // vectors of Newton's method and of the linear solver
 constexpr double kListed = 56;      // of a particle that is no place of a grid
 constexpr double kTie = 40;         // of a listed element: ids, description, place in a run or net

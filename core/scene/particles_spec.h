@@ -45,7 +45,7 @@ struct ParticlesSpec {
   std::vector<ParticleSpec> list;
   std::vector<int> pinned;
   std::vector<PrescribedSpec> prescribed = {};
-  std::vector<double> weights = {};  // kg, of each id; 0: what it says above; empty: all 0
+  std::vector<double> weights = {};  // kg, of each id; 0: the mass above; empty: all 0
   std::map<std::string, std::vector<double>> numbers = {};  // that they carry, of each id
 
   int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }

@@ -18,7 +18,7 @@ struct RigidSpec {
   Vec3 rotation{0, 0, 0};                             // rad, about this axis
   Vec3 velocity{0, 0, 0}, angular_velocity{0, 0, 0};  // of the center of mass, m/s; rad/s, in space
   ContactMaterial surface = {};
-  bool touches = true;  // what it meets
+  bool touches = true;  // whether it collides
   int first = 0;        // id of its first particle
   SourceLocation place = {};
 };

@@ -78,7 +78,7 @@ struct SystemSpec {
   std::string name;
   std::optional<ParticlesSpec> particles;
   std::vector<PartSpec> forces, colliders, constraints;
-  Accuracy accuracy = Accuracy::kSettle;  // of what touches colliders
+  Accuracy accuracy = Accuracy::kSettle;  // of contact with colliders
   std::vector<RigidSpec> bodies;          // see place_bodies()
   std::vector<BodyPoint> points;          // that elements name
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
@@ -99,7 +99,7 @@ struct SystemSpec {
   bool one_thread = false;  // its steps call functions that know no threads
   LookSpec look;
   std::vector<ObserverSpec> observers;                          // by name
-  std::vector<double> observe(const Simulation& system) const;  // what each of them says
+  std::vector<double> observe(const Simulation& system) const;  // the value of each observable
 };
 
 // Gives the particles of cells the mass of these, if their force has a parameter `density`: a share

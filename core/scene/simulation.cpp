@@ -23,7 +23,7 @@ namespace {
 // Small scenes are faster on one thread: threads wait for each other several times a step, and on a
 // busy machine that costs far more than it saves.
 constexpr int kParticlesPerThread = 2048;
-constexpr int kLeastPerThread = 256;  // where the run finds out by itself
+constexpr int kLeastPerThread = 256;  // if the run tunes the number itself
 
 int useful_threads(Threads threads, int particles) {
   const int each = threads.as_pay ? kLeastPerThread : kParticlesPerThread;

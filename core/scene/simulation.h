@@ -72,7 +72,7 @@ class Simulation {
   const OdeSystem& ode() const;
   OdeSystem& ode();                       // for studies: the right-hand side, and
   std::span<const double> state() const;  // X
-  const StateShape& shape() const;        // what the numbers of X are
+  const StateShape& shape() const;        // the layout of X
   bool second_order() const;              // has particles with masses, velocities and energy
   bool flat() const;                      // a flat ODE state: no particles
   int particles() const;                  // 0 for a flat state

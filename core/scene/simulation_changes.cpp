@@ -252,7 +252,7 @@ void Simulation::cut(int a, int b) {
                   "no tie between particles " + std::to_string(a) + " and " + std::to_string(b) +
                       " may break",
                   "give the springs break_strain or break_force");
-  s.set_broken(ties, 0);  // what was in them, the hand takes
+  s.set_broken(ties, 0);  // the user takes the energy in them
   s.restart();
 }
 

@@ -33,7 +33,7 @@ struct Simulation::Impl {
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<ThreadPool> pool;
   std::optional<ThreadCountTuner>
-      thread_count_tuner;  // where the run may choose how many of it steps take
+      thread_count_tuner;  // if the run may choose its number of threads
   std::unique_ptr<OdeSystem> system;
   ParticleSystem* particles = nullptr;       // the system, in a second-order scene
   std::vector<SourceLocation> force_places;  // of its forces, in their order
@@ -47,7 +47,7 @@ struct Simulation::Impl {
   ContactWork contact_work;
   std::vector<std::unique_ptr<StepCorrection>> corrections;  // applied in this order
   Breaking breaking;                                         // ties that may break
-  std::unique_ptr<Sleep> sleep;                              // where the scene asks for it
+  std::unique_ptr<Sleep> sleep;                              // if the scene asks for it
   std::function<bool()> stop;                                // of long steps
 
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
@@ -90,7 +90,7 @@ struct Simulation::Impl {
   // Breaks the ties that the state at the end of a step, x_next, loads beyond their limit.
   void break_ties(double end, double h);
   void set_broken(const std::vector<int>& more, double energy);  // besides, with that in them, J
-  void set_torn(const std::vector<int>& broken);                 // tells what acts on surfaces
+  void set_torn(const std::vector<int>& broken);                 // informs users of surfaces
   // Frames a step: the work of contact in it counts up to the reported state.
   void begin_contact(double t);
   void end_contact(double t);

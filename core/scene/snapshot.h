@@ -17,7 +17,7 @@ struct Settings {
   double h = 0;                  // s
   std::vector<int> pinned;       // ids, ascending
   std::vector<std::string> off;  // switches of the scene that are off, in order of their names
-  std::vector<int> held = {};    // by a hand: ids, ascending; pinned ones among them or not
+  std::vector<int> held = {};    // by a user: ids, ascending; they may be pinned, too
   // Broken ties: indices among the breakable ties of all forces, in the order of the forces,
   // ascending; and the energy that was in them when they broke, J.
   std::vector<int> broken = {};

@@ -15,7 +15,7 @@ namespace sim {
 
 struct Action {
   enum class What {
-    kGrab,        // the particle rests in a hand, with infinite mass
+    kGrab,        // the user holds the particle, with infinite mass
     kMove,        // held, it goes to x in so many steps along a line, and rests there
     kRelease,     // it flies on with the velocity it has; rests if it is pinned
     kPin,         // as Simulation::set_pinned
@@ -39,7 +39,7 @@ struct Action {
   std::string name = {};
   std::optional<Method> method = {};  // of kIntegrator, found by whoever knows the plugins
 
-  bool changes_settings() const;  // what a reset leaves as it is
+  bool changes_settings() const;  // settings that a reset keeps
 };
 
 // "grab 3", "move 3 0.1 0 -2 over 16", "release 3", "pin 3", "unpin 3", "cut 3 4",

@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kMagic = "SIMSNAP\n";
 constexpr std::uint64_t kVersion = 4;
 constexpr std::uint64_t kWithoutProvenance = 3;  // a version that is read, too
-constexpr std::uint64_t kWithBroken = 5;         // where some tie is broken
+constexpr std::uint64_t kWithBroken = 5;         // if some tie is broken
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why,
                          const std::string& remedy) {

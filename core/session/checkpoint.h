@@ -35,7 +35,7 @@ struct Checkpoint {
     std::vector<int> broken = {};  // as in Settings
     double broken_energy = 0;      // J
   };
-  std::string scene;                            // as it was asked for
+  std::string scene;                            // as requested
   std::map<std::string, std::string> settings;  // --set
   std::uint64_t seed = 0;
   std::vector<System> systems;

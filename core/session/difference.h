@@ -10,7 +10,7 @@
 namespace sim {
 
 struct Difference {
-  int id = 0;            // of the particle, or what `item` says
+  int id = 0;            // of the particle, or an index of `item`
   std::string item;      // StatePart::item: "particle", "component"
   std::string quantity;  // "x", ... "vz", or "component"
   double a = 0, b = 0;   // m, m/s or the unit of the state

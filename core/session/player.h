@@ -35,8 +35,8 @@ class Player {
     timelines_[i].before_touch(std::move(look));
   }
   std::int64_t step() const { return systems_->front().step_count(); }
-  std::int64_t known() const { return timelines_.front().last(); }   // as far as it has been
-  std::int64_t first() const { return timelines_.front().first(); }  // as far back as it can go
+  std::int64_t known() const { return timelines_.front().last(); }   // the last known step
+  std::int64_t first() const { return timelines_.front().first(); }  // the earliest reachable step
 
   // Advances at most so many steps of the clock, at least one; 0: a step failed, see failed().
   std::int64_t advance(std::int64_t most);
@@ -44,7 +44,7 @@ class Player {
   int failed() const { return failed_; }
 
   void act(std::size_t system, const Action& action);  // throws as apply()
-  void part();                                         // what is done next is undone by itself
+  void part();                                         // the next actions are undone separately
   void reset();                                        // all; settings stay
   // Goes to a step of the clock, at least first(), at most known(). False: it could not be reached,
   // or `go_on`, polled between steps, says no; the same call continues from there.

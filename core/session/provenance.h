@@ -17,7 +17,7 @@ struct Provenance {
   std::string program;                           // version and build, as --version says them
   std::vector<InputFile> files;                  // Lua files and plugins
   std::map<std::string, std::string> arguments;  // values of sim.arg, and the seed
-  std::string doubt = {};  // what had changed where the run went on from another checkpoint
+  std::string doubt = {};  // changes when the run continued from another checkpoint
 };
 
 // The provenance of a scene that was loaded; the registry has opened the plugins of the run.

@@ -27,7 +27,7 @@ class Timeline {
   // See Simulation::steps() and step().
   int steps(Simulation& simulation, std::int64_t most);
   bool step(Simulation& simulation) { return steps(simulation, 1) > 0; }
-  bool step_to(Simulation& simulation, double end);  // a shorter one; forgets what came after
+  bool step_to(Simulation& simulation, double end);  // a shorter one; discards the later history
   // A change by hand, kept by its step; a move that ends later is stopped by the steps. When it
   // throws, the timeline is as it was; and for edit(): a change that is no Action, with a snapshot.
   void act(Simulation& simulation, const Action& action);
@@ -46,10 +46,10 @@ class Timeline {
   bool enter(Simulation& simulation, std::int64_t step, const std::function<bool()>& go_on);
 
   std::int64_t first() const { return marks_.front().state->step; }  // older ones did not fit
-  std::int64_t last() const { return last_; }                        // as far as it has been
+  std::int64_t last() const { return last_; }                        // the last known step
   double first_t() const { return marks_.front().state->t(); }
   std::int64_t step_at(const Simulation& simulation, double t);  // the step nearest to t s
-  std::int64_t touches() const { return touches_; }  // what was done or ended, again too
+  std::int64_t touches() const { return touches_; }  // actions done or ended, repetitions too
   int edits() const;                                 // the changes that were not discarded
   int part_of_last() const { return done_ > 0 ? acts_[done_ - 1].part : -1; }  // of those actions
   std::size_t actions() const { return forgotten_.acts + done_; }              // up to the present
@@ -94,7 +94,7 @@ class Timeline {
 
   std::size_t budget_, bytes_ = 0;
   std::vector<Mark> marks_;  // by step; of several at one step the last one holds
-  std::vector<Act> acts_;    // in their order, from those that are forgotten on
+  std::vector<Act> acts_;    // in order, after the discarded ones
   Forgotten forgotten_;
   std::size_t done_ = 0;  // of them, up to the present
   Moves moves_;

@@ -53,7 +53,7 @@ class OnCurve final : public sim::Constraint {
       across = (across - across.dot(along) * along).normalized();
       const sim::Vec3 normals[2] = {across, along.cross(across)};
 
-      sim::Vec3 velocity, turn;  // of the place, and what it takes to stay on the wire
+      sim::Vec3 velocity, turn;  // of the point, and the acceleration that keeps it on the wire
       if (moves()) {
         velocity = sim::NinePoints(dt_).first([&](double t) { return curve_->at(r.s, t); }, p.t);
         const double rate = along.dot(p.velocity(ids_[k]) - velocity) / r.first.norm();

@@ -154,7 +154,7 @@ class PetscFrames final : public Frames {
   Layout layout_;
   Snapshot state_;
   std::vector<double> rows_;
-  std::streamoff at_ = 0;  // where the next one begins
+  std::streamoff at_ = 0;  // the offset of the next one
   std::int64_t step_;
 };
 

@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-constexpr int kAtOnce = 256;  // steps: what is done once a call is little beside them
+constexpr int kAtOnce = 256;  // steps: the overhead of a call is small beside them
 
 std::uint16_t slot(int number) { return static_cast<std::uint16_t>(number); }
 
@@ -104,7 +104,7 @@ StraightStepper::StraightStepper(const Code& code, const ExplicitPlan& plan,
     : plan_(plan),
       beside_(beside),
       program_(code, plan.stages),
-      at_once_(code.reads.back() ? 1 : kAtOnce) {  // what reads t is told the time of each step
+      at_once_(code.reads.back() ? 1 : kAtOnce) {  // formulas that read t need each time
   add_step(program_, plan_);
   code_ = program_.take([this](int number) { return number < program_.size(); });
 }

@@ -165,7 +165,7 @@ class Spring final : public sim::Force, public sim::Breakable {
   sim::Params params_;
   sim::Elements ties_;
   std::optional<sim::Springs> springs_;
-  std::optional<sim::Dashpots> dashpots_;  // where any spring is damped
+  std::optional<sim::Dashpots> dashpots_;  // if any spring is damped
   sim::SpringSense sense_;
   bool breaks_ = false;
   std::vector<Tie> breakable_;  // in the order of the scene

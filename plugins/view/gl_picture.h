@@ -12,7 +12,7 @@
 // Needs a current context for its whole life.
 class GlPicture {
  public:
-  GlPicture();  // throws Error{kIo} with what the compiler of the card says
+  GlPicture();  // throws Error{kIo} with the message of the shader compiler
   ~GlPicture();
   GlPicture(const GlPicture&) = delete;
   GlPicture& operator=(const GlPicture&) = delete;
@@ -41,7 +41,7 @@ class GlPicture {
   unsigned array_ = 0;
   std::array<unsigned, 4> buffers_{};
   std::array<float, 16> view_{};
-  float depth_ = 0;  // what the depth of a point loses for each share that it comes nearer
+  float depth_ = 0;  // the loss of depth for each share by which a point comes nearer
   std::vector<float> corners_, tints_, instances_, sphere_;
   std::vector<unsigned> indices_;
   struct Part {  // triangles of one skin

@@ -209,7 +209,7 @@ class PageServer::Impl {
  public:
   Impl(std::string token, int port) : token_(std::move(token)) {
     port_ = listen("127.0.0.1", port);
-    if (port_ > 0) listen("::1", port_);  // where there is one, and the port is free
+    if (port_ > 0) listen("::1", port_);  // if the port is free there
   }
 
   // The port, or 0.

@@ -112,7 +112,7 @@ Window::Window(const sim::ViewTask& task) : task_(task), front_(task.scene, kRea
   ImGui::StyleColorsLight();
   ImGui::GetStyle().WindowRounding = 6;
   ImGui::GetStyle().Colors[ImGuiCol_Text] = kInk;
-  listen();  // before ImGui, which calls on what was there
+  listen();  // before ImGui, which chains the earlier callbacks
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 330");
   try {

@@ -93,7 +93,7 @@ class Drawers {
   sim::Image taken_;
   std::exception_ptr failure_;
   bool over_ = false;
-  std::vector<std::jthread> threads_;  // they end before what they use
+  std::vector<std::jthread> threads_;  // destroyed before the data that they use
   // The first to go, also where the constructor fails: the threads do not wait any more.
   struct End {
     Drawers& drawers;

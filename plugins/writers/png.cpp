@@ -45,7 +45,7 @@ class Png final : public sim::Writer {
   explicit Png(const sim::WriterTask& task) : task_(task), numbering_(task.file) {
     if (numbering_.single()) {
       single_.emplace(sim::Target{task.file}, std::cout);
-    } else {  // what is wrong with the folder is said before the run
+    } else {  // errors of the folder are reported before the run
       sim::Output(sim::Target{numbering_.name(task.file, 0)}, std::cout);
       series_.emplace(std::filesystem::path(task.file).parent_path());
     }

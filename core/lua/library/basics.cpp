@@ -105,7 +105,7 @@ int call_wrapped(lua_State* L) {
     budget.check(L);
     if (status != LUA_OK && status != LUA_YIELD) {
       if (lua_status(thread) != LUA_OK && lua_status(thread) != LUA_YIELD)
-        status = lua_resetthread(thread);  // closes what it has to close
+        status = lua_resetthread(thread);  // runs its close handlers
       budget.check(L);
       count = 1;
     }

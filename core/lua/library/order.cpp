@@ -9,7 +9,7 @@
 namespace sim {
 namespace {
 
-constexpr const char* kVisits = "sim.visits";      // registry: table -> what `next` goes through
+constexpr const char* kVisits = "sim.visits";      // registry: table -> state of `next`
 constexpr const char* kBuiltins = "sim.builtins";  // registry: function of the library -> its name
 
 // The rank of a key among others, and its place among those of its rank.

@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-constexpr int kReads = 1, kWrites = 2, kCounts = 4;  // what a function does with a table
+constexpr int kReads = 1, kWrites = 2, kCounts = 4;  // the use that a function makes of a table
 
 // Anything else than a table needs metamethods for that.
 void check_table(lua_State* L, int argument, int needs) {

@@ -18,7 +18,7 @@ namespace {
 struct Token {
   enum class Kind { kName, kKeyword, kText, kNumber, kSymbol, kEnd };
   Kind kind = Kind::kEnd;
-  std::string_view text = {};  // of a text what stands between its quotes
+  std::string_view text = {};  // of a text: the part between its quotes
   int line = 0;
 
   bool is(std::string_view symbol) const {
@@ -202,7 +202,7 @@ class UnitCheck {
 // Names of locals, of parameters of functions and of loops; and assignments that are no keys of a
 // table.
 void UnitCheck::count_meanings() {
-  std::vector<char> open;    // brackets, and f for what `end` closes
+  std::vector<char> open;    // brackets, and f for blocks that `end` closes
   std::size_t declared = 0;  // up to here names were counted
   for (std::size_t i = 0; i < tokens_.size(); ++i) {
     const Token& each = tokens_[i];

@@ -21,9 +21,9 @@ struct SceneOptions {
   std::map<std::string, std::string> settings;     // --set name=value
   std::uint64_t seed = 0;                          // of math.random in the scene
   LuaLimits limits = {};
-  std::optional<std::string> text = {};  // instead of what the file holds, which need not be there
+  std::optional<std::string> text = {};  // replaces the contents of the file, which need not exist
   bool safe = false;  // of a stranger: no plugins of its own, no files but below its folder
-  std::function<void(const std::string&)> print = {};  // gets what is printed; none: stderr
+  std::function<void(const std::string&)> print = {};  // receives printed text; none: stderr
   bool (*interrupted)() = nullptr;                     // a yes ends Lua with an error
   LuaOverrun overrun = nullptr;                        // told when Lua cannot be ended
 };

@@ -277,7 +277,7 @@ std::shared_ptr<const ColliderMaker> SceneReader::collider(lua_State* L, int rec
   maker->make = [plugin = plugin, params, place] {
     return of_scene(place, [&] { return made(plugin.make(params), plugin); });
   };
-  maker->make();  // what is wrong is said here
+  maker->make();  // errors are reported here
   return maker;
 }
 

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kSafePrint = 1'000'000, kMostPrint = 64'000'000;  // bytes
 constexpr std::size_t kLargestFile = 64'000'000;                        // bytes
 constexpr std::uint64_t kFileWork = 10'000;        // of looking for a file, in steps
-constexpr const char* kLanguage = "sim.language";  // registry: what require "sim" gives
+constexpr const char* kLanguage = "sim.language";  // registry: the value of require "sim"
 constexpr const char* kModules = "sim.modules";    // registry: canonical file -> value
 
 std::string read_file(const fs::path& file, const SourceLocation& asked_at) {

@@ -29,7 +29,7 @@ class LivePage {
   ViewScene scene_;
   bool pause_hidden_;
   Page page_;
-  double most_ = 0;  // of the scale of what is measured
+  double most_ = 0;  // of the scale of the values
 };
 
 }  // namespace sim

@@ -27,6 +27,6 @@ inline V3 unit(const V3& a) {
   return l > 0 ? (1 / l) * a : a;
 }
 inline V3 mix(const V3& a, const V3& b, float s) { return a + s * (b - a); }
-inline float clamp01(float s) { return s > 0 ? (s < 1 ? s : 1) : 0; }  // 0 for what is no number
+inline float clamp01(float s) { return s > 0 ? (s < 1 ? s : 1) : 0; }  // 0 for not-a-number
 
 }  // namespace sim::raster

@@ -36,7 +36,7 @@ class LammpsFrames final : public Frames {
   Snapshot state_;
   std::vector<bool> seen_;
   std::vector<double> rows_;
-  std::streamoff frame_ = 0;  // where the next one begins
+  std::streamoff frame_ = 0;  // the offset of the next one
   std::int64_t first_, step_;
   bool finite_ = true, same_start_ = true;
 };

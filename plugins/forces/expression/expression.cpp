@@ -124,7 +124,7 @@ class OfParticles final : public sim::Force {
   Program force_, by_position_, by_velocity_, energy_;
   bool has_energy_ = false, reads_velocity_ = false;
   static constexpr int kMostKnown = 8;
-  int own_from_ = 0;                      // variables before those that particles carry
+  int own_from_ = 0;                      // variables before those carried by particles
   std::vector<std::vector<double>> own_;  // of all particles, in whole vectors
 };
 

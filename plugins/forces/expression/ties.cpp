@@ -249,7 +249,7 @@ class OfTies final : public sim::Force, public sim::Breakable {
   bool rest_ = false;                     // one of them is `rest`, measured where it is not given:
   std::size_t rest_column_ = 0;
   double given_rest_ = 0;                    // m, of all, where the force gives it
-  std::vector<double> longest_, strongest_;  // m, N: what ties bear, where some may break
+  std::vector<double> longest_, strongest_;  // m, N: the limits of ties, if some may break
   std::vector<std::uint8_t> broken_;         // of each tie, likewise
   sim::Incidence places_;                    // in ends_, of each particle
   sim::Array forces_;                        // N, on the first end of each tie; four numbers each

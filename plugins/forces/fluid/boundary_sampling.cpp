@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMostPushes = 100;      // of a point of a mesh, until it is deep enough
 constexpr double kDeepEnough = 0.98;  // of the depth asked for
-constexpr double kOnSurface = 1e-9;   // of the depth: what is nearer lies on the surface
+constexpr double kOnSurface = 1e-9;   // of the depth: points nearer are on the surface
 constexpr double kSame = 0.5;         // of the width: nearer points are one
 constexpr double kWidestShape = 300;  // widths, a shape: for the memory of its points
 

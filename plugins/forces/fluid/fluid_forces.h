@@ -33,7 +33,7 @@ struct FluidBlocks {
   unsigned planes = 0;                  // a bit for each wall that is one
   double* ties = nullptr;               // J, half the energy of the ties of each place
   double* weights = nullptr;            // of each entry of the lists and its images, by densities()
-  const std::size_t* firsts = nullptr;  // where those of a block begin
+  const std::size_t* firsts = nullptr;  // the first entries of each block
 };
 struct FluidKernels {
   // Computes n for the places of blocks [begin, end).

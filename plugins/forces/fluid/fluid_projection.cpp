@@ -11,10 +11,10 @@ namespace sim {
 namespace {
 
 constexpr int kMostMoves = 10;     // of places, a step
-constexpr double kSingle = 10;     // what a single particle may miss, over the mean
+constexpr double kSingle = 10;     // the error allowed to a single particle, over the mean
 constexpr double kFirmly = 0.3;    // of the error: how well places are solved for
-constexpr double kQuietly = 0.1;   // of what velocities miss, as pressures go on from the last
-constexpr double kViscous = 1e-3;  // of what viscosity changes
+constexpr double kQuietly = 0.1;   // of the velocity error, as pressures are warm-started
+constexpr double kViscous = 1e-3;  // of the change by viscosity
 constexpr int kMostBrakes = 200;   // products with K, a step
 
 // The largest eigenvalue of J J' in a lattice: of waves along an axis it is |sum of s sin(k x)|^2.
@@ -50,7 +50,7 @@ void FluidProjection::bind(const FluidLaw& law, const ParticleView& initial) {
   wanted_ = Array(n);
   sum_ = OrderedSums(static_cast<int>(n));
   rows_.bind(law, initial);
-  constexpr double kMore = 1.5;  // where it is denser
+  constexpr double kMore = 1.5;  // for denser regions
   solve_.bind(static_cast<int>(n), kMore * largest_eigenvalue(law));
 
   // Checks here already that the rows fit into memory.

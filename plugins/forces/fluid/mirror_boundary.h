@@ -49,7 +49,7 @@ class MirrorBoundary {
 
  private:
   std::vector<std::unique_ptr<Collider>> mirrors_;
-  PrimitiveSurface planes_[kMost];  // of those that are, at the time of look()
+  PrimitiveSurface planes_[kMost];  // of the planes, at the time of look()
   unsigned are_planes_ = 0;
   std::vector<std::uint16_t> near_;
   std::vector<Array> seen_;

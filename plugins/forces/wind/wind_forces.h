@@ -42,7 +42,7 @@ class WindSweep final : public ForceSweep {
   int reach_ = 0;
   std::vector<TriangleRing> rings_;
   Array memory_;
-  std::int64_t turn_ = 0;  // where the next block goes in every ring, without its wraps
+  std::int64_t turn_ = 0;  // the position of the next block in every ring, without wraps
 };
 
 class WindForces {
@@ -63,7 +63,7 @@ class WindForces {
   std::vector<std::vector<std::uint8_t>> whole_;  // the bits of each run before it was torn
   std::vector<std::uint8_t> loose_gone_;          // of each loose triangle; empty: none is
   std::vector<WindSweep> sweeps_;                 // of each thread
-  Array sums_;                                    // N, what the runs give to each particle: x, y, z
+  Array sums_;                                    // N, from the runs on each particle: x, y, z
   std::vector<int> loose_;                        // ids of the triangles that fit no run
   Incidence at_;                                  // of those
   Array loose_thirds_;

@@ -12,7 +12,7 @@ namespace {
 constexpr int kExtremeSteps = 60;
 constexpr double kGravity = 9.81;     // m/s^2
 constexpr double kMostRadians = 1e3;  // of a run with steps of the method's own; fewer far away,
-constexpr double kFarRadians = 50;    // where rounding makes such steps small
+constexpr double kFarRadians = 50;    // if rounding makes such steps small
 
 SystemSpec hanging_particle(double stiffness, double mass, double offset) {
   SystemSpec spec;

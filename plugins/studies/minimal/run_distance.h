@@ -18,7 +18,7 @@ struct Look {
   std::vector<double> energies;               // J; empty in a first-order system
   std::vector<std::vector<double>> observed;  // [k][observer]
   std::vector<double> ranges;                 // of each observer
-  double figure = std::nan("");               // where the problem asks for one, of all steps
+  double figure = std::nan("");               // if the problem asks for one, of all steps
   double size = 1, in_play = 0;               // m; J
   bool flat = false, finished = false;
   double seconds = 0;  // of stepping, the least of some runs
