@@ -1,4 +1,4 @@
-// A library to be loaded before the C library, as `sim test` does: counts what is allocated.
+// A library preloaded before the C library, as `sim test` does: counts allocations.
 #include <atomic>
 #include <cerrno>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Checks that the reader of H5MD files makes on a file that anybody may have written.
+// Checks of H5MD files of unknown origin by their reader.
 #pragma once
 
 #include <optional>
@@ -35,10 +35,10 @@ struct Numbers {
 // All of a dataset, or its last row only.
 Numbers read(hid_t set, const std::string& path, bool last);
 
-// An element of a group of particles: fixed, or of the last moment; nothing where there is none.
+// An element of a group of particles: fixed, or of the last moment; empty if there is none.
 Numbers element(hid_t group, const std::string& name);
 
-// Attributes; empty where there are none.
+// Attributes; empty if missing.
 std::vector<double> attribute(hid_t object, const char* name);
 std::vector<std::string> texts(hid_t object, const char* name);
 std::optional<std::string> text_of(hid_t object, const char* name);

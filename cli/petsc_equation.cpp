@@ -28,14 +28,14 @@ PetscErrorCode Stepper::set_up() {
   PetscCall(VecRestoreArray(v_, &values));
   if (scene_.head.method == PetscMethod::kRk4) PetscFunctionReturn(0);
 
-  // Blocks of a row: itself and the free ones that springs lead to, here and elsewhere.
+  // Blocks of a row: its own particle and the free ones joined by springs, local and remote.
   std::vector<PetscInt> here(static_cast<std::size_t>(own), 1), elsewhere(here.size(), 0);
   for (PetscInt i = 0; i < own; ++i) {
     const auto at = static_cast<std::size_t>(i);
     for (auto e = scene_.first[at]; e < scene_.first[at + 1]; ++e)
       ++(scene_.local[static_cast<std::size_t>(e)] < own ? here : elsewhere)[at];
   }
-  // Two springs between the same two take one block.
+  // Parallel springs share one block.
   for (PetscInt& each : here) each = std::min(each, own);
   const auto others = static_cast<PetscInt>(scene_.head.n) - own;
   for (PetscInt& each : elsewhere) each = std::min(each, others);
@@ -102,8 +102,8 @@ double Stepper::force_at(const double* positions, PetscInt i, double* force) con
   return energy;
 }
 
-// -dF/dx of a spring: k (n n^T + (1 - rest / length) (I - n n^T)), n along it; of a clamped one
-// that is compressed without the second part, which would not be positive.
+// -dF/dx of a spring: k (n n^T + (1 - rest / length) (I - n n^T)), n along it; for a compressed
+// spring of the clamped matrix without the second part, which would not be positive.
 Block Stepper::stiffness(const double* positions, PetscInt i, std::size_t e, bool clamped) const {
   const double* const other = positions + 3 * scene_.local[e];
   double d[3] = {positions[3 * i] - other[0], positions[3 * i + 1] - other[1],
@@ -162,7 +162,7 @@ PetscErrorCode Stepper::residual_at(Vec v, Vec g) {
       }
       const double push = force[axis] - head.drag * now[at] + m * head.gravity[axis];
       out[at] = m * (now[at] - v0[at]) - tau_ * push;
-      // Places are known to roundings, which springs feel by their stiffness.
+      // Positions have rounding errors, which springs amplify by their stiffness.
       const double size =
           m * (std::fabs(now[at]) + std::fabs(v0[at])) +
           tau_ * (std::fabs(m * head.gravity[axis]) + stiff * std::fabs(positions[at]));

@@ -1,4 +1,4 @@
-// The scene that sim-petsc steps, as far as one process has it.
+// The scene stepped by sim-petsc: the part of one process.
 #pragma once
 
 #include <petscsys.h>
@@ -24,7 +24,7 @@ struct Scene {
   bool free(PetscInt i) const { return mass[static_cast<std::size_t>(i)] > 0; }
 };
 
-// Reads the scene from the file in this folder; false where it is missing or incomplete.
+// Reads the scene from the file in this folder; false if it is missing or incomplete.
 bool read_scene(Scene& scene, int rank, int ranks);
 
 }  // namespace sim::petsc

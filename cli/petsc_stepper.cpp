@@ -10,8 +10,8 @@ namespace sim::petsc {
 
 using engine::PetscMethod;
 
-// Newton's method from v to a residual, by whole steps with all of the derivative, or by steps
-// along what is positive of it, shortened until phi falls enough.
+// Newton's method from v to a residual, by whole steps with the exact derivative, or by steps with
+// its positive part, shortened until phi falls enough.
 PetscErrorCode Stepper::attempt(bool whole, double residual, int steps, Vec v) {
   PetscFunctionBeginUser;
   clamped_ = !whole;
@@ -38,7 +38,7 @@ PetscErrorCode Stepper::solve(double tau, double tolerance, Vec v, bool& good) {
   PetscCall(VecCopy(v, near_));
   PetscCall(norm(first));
   good = first <= rounding_;
-  // Whole steps are quick where they lead to the solution. Else shortened ones go nearer, until
+  // Whole steps are fast if they converge. Otherwise shortened ones approach the solution until
   // they do.
   constexpr int kRounds = 8, kWhole = 12, kShort = 500;
   constexpr double kNearer = 0.03;
@@ -58,7 +58,7 @@ PetscErrorCode Stepper::solve(double tau, double tolerance, Vec v, bool& good) {
 
 PetscErrorCode Stepper::accelerate(Vec q, Vec v, Vec a) {
   PetscFunctionBeginUser;
-  // g(v) = -m tau a where v0 = v and tau = 1, at the places q0.
+  // g(v) = -m tau a for v0 = v and tau = 1, at the positions q0.
   tau_ = 1;
   reach_ = 0;
   PetscCall(VecCopy(v, v0_));
@@ -108,7 +108,7 @@ PetscErrorCode Stepper::take_implicit(double tolerance, bool& good) {
     PetscCall(VecCopy(v_, w_));
     PetscCall(solve(tau, tolerance, w_, good));
     if (!good) PetscFunctionReturn(0);
-    // The end, or the middle between both ends.
+    // The end of the step, or the middle between both ends.
     PetscCall(VecAXPY(q_, midpoint ? 2 * tau : tau, w_));
     if (midpoint)
       PetscCall(VecAXPBY(v_, 2, -1, w_));
@@ -167,7 +167,7 @@ bool put(int file, const void* bytes, std::size_t count, std::int64_t at) {
 
 }  // namespace
 
-// Frame number `moment`; the step behind it when all processes have written theirs.
+// Frame number `moment`; its step follows when all processes have written theirs.
 PetscErrorCode Stepper::write(int file, std::int64_t moment, std::int64_t step) {
   PetscFunctionBeginUser;
   constexpr std::int64_t kRow = engine::kPetscColumns * 8;

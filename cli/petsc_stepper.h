@@ -24,7 +24,7 @@ class Stepper {
 
   PetscErrorCode set_up();
   PetscErrorCode tear_down();
-  // One step; `good` is false where its equations have no solution in reach, or a number is not
+  // Takes one step; `good` is false if its equations have no solution in reach, or a number is not
   // finite.
   PetscErrorCode step(double tolerance, bool& good);
   PetscErrorCode write(int file, std::int64_t moment, std::int64_t step);
@@ -54,8 +54,8 @@ class Stepper {
 
   Scene& scene_;
   SNES snes_ = nullptr;
-  // The derivative, and what is positive of it, of which the factors are: where springs are
-  // compressed, those of all of it may not be there.
+  // The derivative, and its positive part, which is factorised: with compressed springs the whole
+  // may have no such factors.
   Mat matrix_ = nullptr, positive_ = nullptr;
   Vec places_ = nullptr;  // with ghosts
   Vec q_ = nullptr, v_ = nullptr, q0_ = nullptr, v0_ = nullptr;

@@ -21,7 +21,7 @@ using sim::shortest;
 using sim::hdf5::Handle;
 using namespace sim::h5md;
 
-// Harmless in a comment and in a string of Lua.
+// Text that is harmless in a comment and in a string of Lua.
 std::string harmless(const std::string& text) {
   constexpr std::size_t kLongest = 200;
   std::string out = text.substr(0, kLongest);
@@ -279,7 +279,7 @@ void Scene::write(std::ostream& out) const {
       write_family(out, static_cast<int>(i));
       out << "end\n";
     }
-  // Half of the limit at most, as far as springs know it.
+  // At most half of the stability limit, as far as springs determine it.
   const double guess = most > 0 ? 0.5 * std::sqrt(2 / most) : 0.01;
   out << "systems[" << quoted(plain(name_)) << "] = sim.scene { name = " << quoted(plain(title_))
       << ", particles = p, forces = forces,\n  integrator = " << quoted(harmless(integrator_))

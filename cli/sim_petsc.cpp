@@ -51,7 +51,7 @@ PetscErrorCode run(Log& log, int rank, int ranks) {
   const std::int64_t start = scene.head.start;
   std::size_t next = 1;  // the first frame is the scene itself
   for (std::int64_t step = start; next < scene.moments.size(); ++step) {
-    // Solved well enough that the error of the method stays what it is.
+    // Solved so accurately that the error of the method is unaffected.
     constexpr double kExact = 1e-12, kEnough = 1e-8;
     double tolerance = scene.head.tolerance > 0 ? scene.head.tolerance : kEnough;
     if (step - start < scene.head.exact_steps) tolerance = std::min(tolerance, kExact);

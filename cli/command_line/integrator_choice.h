@@ -1,4 +1,4 @@
-// The integrator of a run as the command line says it: -i NAME:PARAM=VALUE,..., --tol,
+// The integrator of a run as given on the command line: -i NAME:PARAM=VALUE,..., --tol,
 // --precision, --fixed-step.
 #pragma once
 
@@ -11,7 +11,7 @@ namespace sim::cli {
 
 using study::parse_integrator, study::typed, study::value_of;
 
-// Several of them between commas; PARAM=VALUE without a name belongs to the one before.
+// Several integrators between commas; PARAM=VALUE without a name belongs to the one before.
 std::vector<MethodChoice> parse_integrators(const std::string& option, const std::string& text);
 
 // Gives the choice the values of --tol (a number > 0), --precision and --fixed-step; empty texts

@@ -9,8 +9,7 @@
 namespace sim::cli {
 namespace {
 
-// Opens a library of --load if it brings studies; what is wrong with it is said when all are
-// opened.
+// Opens a library of --load if it brings studies; its errors are reported when all are opened.
 void load_study(const std::filesystem::path& library, Registry& registry) {
   try {
     if (read_card(library).kind == kind_of<Study>.number) registry.load(library);

@@ -16,8 +16,8 @@ class LinePlugins {
   // cannot be read are no error before registry().
   LinePlugins(int argc, const char* const* argv);
 
-  // The studies that a word may mean, by name or alias; where help is asked for all that can be
-  // used. Throws Error{kPlugin} where the library of one that is named cannot be used.
+  // The studies that a word may mean, by name or alias; all usable ones for help. Throws
+  // Error{kPlugin} if the library of a named one is unusable.
   std::vector<const Plugin<Study>*> studies();
   // Names of all studies, for suggestions.
   std::vector<std::string> names() const;

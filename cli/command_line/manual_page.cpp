@@ -7,7 +7,7 @@
 namespace sim::cli {
 namespace {
 
-// Lines as they are: a backslash, a hyphen and a point at the front mean something to roff.
+// Escapes lines for roff, to which a backslash, a hyphen and a point at the front are special.
 std::string verbatim(const std::string& text) {
   std::istringstream lines(text);
   std::string result;

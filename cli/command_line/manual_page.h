@@ -1,4 +1,4 @@
-// Manual pages, from what the command lines say of themselves.
+// Manual pages, generated from the declarations of the command lines.
 #pragma once
 
 #include <string>

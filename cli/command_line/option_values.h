@@ -17,7 +17,7 @@ namespace sim::cli {
 [[noreturn]] void usage_error(const std::string& what, const std::string& where,
                               const std::string& why, const std::string& remedy);
 
-// Each throws Error{kUsage} naming the option and what it wants.
+// Each throws Error{kUsage} naming the option and the expected value.
 double positive_number(const std::string& option, const std::string& text);
 // Simulated time in s: "0.005", "5ms", "2 min".
 double positive_time(const std::string& option, const std::string& text);

@@ -228,7 +228,7 @@ std::vector<std::string> Parser::verb_names() const {
   return names;
 }
 
-// Options of a run say nothing to the other verbs.
+// Options of a run are refused by the other verbs.
 void Parser::check_verb(const CLI::App& chosen) const {
   for (const CLI::Option* option : run_only_) {
     if (option->count() == 0) continue;

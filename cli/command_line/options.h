@@ -48,8 +48,8 @@ struct KnownStudies {
   std::vector<std::string> names;
 };
 
-// Throws Error{kUsage} for everything that is wrong before any file is looked at, and
-// Error{kPlugin} for a study that cannot be a verb.
+// Throws Error{kUsage} for all errors that can be found before any file is read, and Error{kPlugin}
+// for a study that cannot be a verb.
 CommandLine parse_command_line(int argc, const char* const* argv, const KnownStudies& studies);
 
 }  // namespace sim::cli

@@ -48,7 +48,7 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
   if (request.fps && every)
     usage_error("two choices of frames", "--every and --fps", "only one can hold", "keep one");
   request.look = {t.camera, t.color, t.size, t.springs, t.wireframe};
-  // For its errors; only the scene knows all that may colour.
+  // Parsed for its errors; only the scene knows all colours.
   LookSpec look = request.look;
   look.color.clear();
   make_look(look);

@@ -1,4 +1,4 @@
-// The options that say which files a run leaves and how its pictures look.
+// The options for the output files of a run and the look of its pictures.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& texts);
 // Throws Error{kUsage}; `rule`: "a chart is .svg".
 std::string one_file(const OutTexts& texts, const std::string& ending, const std::string& rule);
 
-// Throws Error{kUsage}. `every` is what --every says.
+// Throws Error{kUsage}. `every`: the value of --every.
 OutRequest out_request(const OutTexts& texts, std::optional<std::int64_t> every);
 
 }  // namespace sim::cli

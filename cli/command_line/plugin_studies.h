@@ -16,7 +16,7 @@ namespace sim::cli {
 
 class PluginStudies {
  public:
-  // Their subcommands. Throws Error{kPlugin} where one has the name of a verb or option of sim.
+  // Adds their subcommands. Throws Error{kPlugin} if one has the name of a verb or option of sim.
   void add_to(CLI::App& app, std::span<const Plugin<Study>* const> studies);
 
   bool has(const CLI::App* verb) const { return verbs_.contains(verb); }
@@ -42,7 +42,7 @@ class PluginStudies {
 std::string option_name(const Param& param);
 
 // The verb of the app, or else the study, that a word may have meant, as a remedy: "did you mean
-// 'sim list'?"; "" where none is near.
+// 'sim list'?"; "" if none is near.
 std::string nearest_verb(const CLI::App& app, std::span<const std::string> studies,
                          const std::string& word);
 

@@ -27,7 +27,7 @@ struct ReplCommandLine {
   bool probe = false;   // --probe
 };
 
-// Throws Error{kUsage} for everything that is wrong before any file is looked at.
+// Throws Error{kUsage} for all errors that can be found before any file is read.
 ReplCommandLine parse_repl_command_line(int argc, const char* const* argv);
 
 }  // namespace sim::cli

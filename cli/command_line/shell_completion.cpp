@@ -56,7 +56,7 @@ std::vector<std::string> names_with(const CommandSpec& program, Values values) {
   return names;
 }
 
-// Completion must work for simrepl where sim is beside it in the path.
+// Completion must work for simrepl if sim is beside it in the path.
 constexpr const char* kScenes = "$(sim list scenes --names 2>/dev/null)";
 constexpr const char* kIntegrators = "$(sim list integrators --names 2>/dev/null)";
 

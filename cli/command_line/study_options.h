@@ -1,4 +1,4 @@
-// The verbs that run a scene again and again: their options and requests.
+// The verbs that run a scene repeatedly: their options and requests.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -32,7 +32,7 @@ struct StudyBase {
 
 class StudyOptions {
  public:
-  // Their subcommands, in the order of the help.
+  // Adds their subcommands, in the order of the help.
   void add_to(CLI::App& app);
 
   bool has(const CLI::App* verb) const { return taken_.contains(verb); }

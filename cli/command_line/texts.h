@@ -1,4 +1,4 @@
-// The options of `sim` before they are understood.
+// The options of `sim` before they are parsed.
 #pragma once
 
 #include <string>

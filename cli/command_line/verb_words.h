@@ -15,12 +15,11 @@ namespace sim::cli {
 std::vector<std::string> asked_for_help(std::vector<std::string> words,
                                         std::vector<std::string> verbs);
 
-// Throws Error{kUsage} for a word that stands where a scene does and names neither a file nor a
-// scene, if `near` (nearest_verb) says what was meant.
+// Throws Error{kUsage} for a word in the place of a scene that names neither a file nor a scene, if
+// `near` (nearest_verb) tells what was meant.
 void check_for_verb(const std::string& word, const std::string& near);
 
-// Throws Error{kUsage} for a word that no option or argument wanted, with the nearest option, or
-// else the nearest verb.
+// Throws Error{kUsage} for an unused word, with the nearest option, or else the nearest verb.
 void check_words(const std::vector<std::string>& words, const CommandSpec& program,
                  const std::string& near_verb);
 

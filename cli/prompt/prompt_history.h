@@ -1,5 +1,5 @@
-// The file of what was typed at the prompt: a line "#SECONDS" before each entry, which may have
-// several lines. GNU readline and bash write the same form.
+// The history file of the prompt: a line "#SECONDS" before each entry, which may have several
+// lines. GNU readline and bash write the same form.
 #pragma once
 
 #include <string>
@@ -7,15 +7,15 @@
 
 namespace sim::cli {
 
-// $XDG_STATE_HOME/sim/history, with its folders made; "" where there is no home.
+// $XDG_STATE_HOME/sim/history, with its folders made; "" if there is no home.
 std::string history_file();
 
 class PromptHistory {
  public:
   static constexpr std::size_t kMostEntries = 10000;
 
-  // Entries of earlier sessions are read from the file, which is made if it is not there. Without a
-  // name, or where it cannot be written, entries are forgotten with the session.
+  // Entries of earlier sessions are read from the file, which is made if missing. Without a name,
+  // or if it cannot be written, entries are lost with the session.
   explicit PromptHistory(std::string file);
   // A file of more than kMostEntries is cut to the newest.
   ~PromptHistory();

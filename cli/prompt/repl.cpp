@@ -18,7 +18,7 @@
 namespace sim::cli {
 namespace {
 
-// Each line in turn; false once the session has ended.
+// Takes each line in turn; false once the session has ended.
 bool take_lines(Session& session, const std::string& text, const std::string& where) {
   std::istringstream lines(text);
   int number = 0;
@@ -43,7 +43,7 @@ std::string init_file() {
   return !folder.empty() && std::filesystem::is_regular_file(file, failed) ? file.string() : "";
 }
 
-// A mistake in it does not keep anybody from working.
+// An error in it does not prevent the session.
 void read_init(Session& session, Console& console, const std::string& file) {
   if (file.empty()) return;
   try {

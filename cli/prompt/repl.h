@@ -6,8 +6,8 @@
 
 namespace sim::cli {
 
-// The exit code. At a terminal an error is told and the session goes on; elsewhere the first one
-// ends it with its code.
+// Returns the exit code. At a terminal an error is reported and the session continues; elsewhere
+// the first one ends it with its code.
 int repl(const ReplCommandLine& line, const Environment& environment, Registry& registry,
          Console& console);
 

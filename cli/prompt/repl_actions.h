@@ -83,7 +83,7 @@ Answer quit(Call& call);
 
 namespace sim::cli {
 
-// A line that says so where the step is beyond the largest stable one; else "".
+// A warning line if the step exceeds the largest stable one; else "".
 std::string limit_warning(Simulation& system);
 
 }  // namespace sim::cli

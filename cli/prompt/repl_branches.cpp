@@ -94,7 +94,7 @@ std::vector<Change> LiveScene::reload(
   return changes;
 }
 
-// Its system of the same name stays the present one.
+// Its system of the same name remains the present one.
 void LiveScene::adopt(std::shared_ptr<SceneOrigin> origin) {
   const std::string name = system().name();
   origin_ = std::move(origin);

@@ -43,7 +43,7 @@ class Call {
 // Text, a number, true or false as text; nothing for anything else.
 std::optional<std::string> plain_text(const Data& value);
 
-// The value, for Lua; and what a dot command prints in a mode, nothing = the value.
+// The value, for Lua; and the output of a dot command in a mode, empty = the value.
 struct Answer {
   Data value = {};
   std::function<std::optional<std::string>(Mode)> print = {};
@@ -70,7 +70,7 @@ const Command& find_command(const std::string& name);
 // Commands that may be written with a dot or called in Lua.
 const Command* command_called(const std::string& name);
 
-// Splits what follows a command into words; "..." keeps spaces. Numbers become numbers.
+// Splits the text after a command into words; "..." keeps spaces. Numbers become numbers.
 std::vector<Data> words_of(const std::string& text);
 
 }  // namespace sim::cli

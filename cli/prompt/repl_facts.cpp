@@ -1,4 +1,4 @@
-// Commands that tell what a scene consists of, and that open others.
+// Commands that show the contents of a scene, and commands that open others.
 #include <cmath>
 #include <sstream>
 
@@ -56,7 +56,7 @@ Answer args(Call& call) {
   return {fields};
 }
 
-// The list as `sim adjacency` prints it, and how long and taut each of them is.
+// The list as `sim adjacency` prints it, with the length and strain of each spring.
 Answer springs(Call& call) {
   call.take(1, 1);
   const Simulation& system = with_masses(call);

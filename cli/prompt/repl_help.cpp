@@ -125,7 +125,7 @@ Completions arguments_of(Session& session, const std::string& command) {
   return found;
 }
 
-// Names of Lua, and those behind sim. and sim.KIND. that only look like fields.
+// Names of Lua, and those after sim. and sim.KIND. that look like fields.
 std::vector<std::string> lua_names(Session& session, const std::string& path) {
   std::vector<std::string> names = session.lua().completions(path);
   for (const PluginKind& kind : kPluginKinds)

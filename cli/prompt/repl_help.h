@@ -10,8 +10,8 @@ namespace sim::cli {
 
 std::string help_list();  // all commands
 
-// About a command, a function of the scene language, a plugin or a scene, in its own words. Throws
-// Error{kUsage} for a name that is none of these, with the nearest one.
+// Help on a command, a function of the scene language, a plugin or a scene, in its own words.
+// Throws Error{kUsage} for a name that is none of these, with the nearest one.
 std::string help_on(Session& session, const std::string& name);
 
 // Candidates for the last word of the line, each from its first letter on: commands and their

@@ -1,4 +1,4 @@
-// Commands that record quantities along the way, and plot them.
+// Commands that record quantities during runs, and plot them.
 #include "cli/prompt/repl_record.h"
 
 #include <algorithm>
@@ -67,7 +67,7 @@ std::string stripped(std::string text) {
   return text;
 }
 
-// "NAME EXPR every N"; what is missing stays empty.
+// "NAME EXPR every N"; missing values stay empty.
 Words split(const std::string& text, const Call& call) {
   Words words;
   const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
@@ -112,7 +112,7 @@ Answer values_of(const Records::Record& record) {
   return {list};
 }
 
-// A record that fails, as where another scene has no such particle, ends; the run goes on.
+// A record that fails, as in another scene without that particle, ends; the run continues.
 void take_or_end(Session& session, const std::string& name) {
   try {
     session.records.take(name, session.lua(), session.live().system().t());
@@ -124,7 +124,7 @@ void take_or_end(Session& session, const std::string& name) {
   }
 }
 
-// Runs look at what is recorded now.
+// Runs sample the recorded quantities now.
 void look_at_all(Session& session) {
   session.live().looks.clear();
   for (const Records::Record& each : session.records.all())

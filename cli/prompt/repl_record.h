@@ -10,7 +10,7 @@
 
 namespace sim::cli {
 
-// After going back in time, everything after that point is recorded anew.
+// After going back in time, the rest is recorded anew.
 class Records {
  public:
   struct Record {
@@ -20,13 +20,13 @@ class Records {
     DataFunction quantity;  // nothing: it has ended
   };
 
-  // In the place of one of that name.
+  // Replaces a record of that name.
   void start(Record record);
   bool remove(const std::string& name);
   const std::vector<Record>& all() const { return records_; }
   const Record* find(const std::string& name) const;
 
-  // The value at t; throws Error{kUsage} when it is no number, and what Lua throws.
+  // The value at t; throws Error{kUsage} if it is no number, and the errors of Lua.
   void take(const std::string& name, Prompt& lua, double t);
   void end(const std::string& name);  // writes the record so far, and takes no more
 

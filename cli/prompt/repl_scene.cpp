@@ -68,7 +68,7 @@ void LiveScene::share_budget() {
     timeline.set_budget(budget_ / (timelines_.size() * (branches_.size() + 1)));
 }
 
-// The condition of .until may look, but not change what is being run.
+// The condition of .until may read, but not change, the running scene.
 void LiveScene::check_idle() {
   if (running_) usage_error("a run is going on", "its condition asks for a change", "only look");
   judge_steps();
@@ -103,7 +103,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     accounted.push_back(&scene == &origin_->scene && (known || system.step_count() == 0));
     if (known) tracks.back().continue_from(start_energy(i), *known);
     if (&scene == &origin_->scene) tracks.back().doubt_start(origin_->doubt);
-    // A recording counts equal steps; what is known already stays.
+    // A recording counts equal steps; known steps stay.
     if (seconds && !writer_ && targets[i] > timelines[i].last())
       shorten(system.t() + *seconds, tracks.back());
     if (i == 0) cut = tracks.back().short_step();
@@ -207,7 +207,8 @@ void LiveScene::judge_steps() {
   advance(origin_->scene, timelines_, stepped->to);
 }
 
-// With changes by hand in the history, which no repetition judges, each command is judged at once.
+// If the history has changes by the user, which no repetition judges, each command is judged at
+// once.
 LiveScene::Outcome LiveScene::step(std::int64_t steps) {
   const bool repeatable =
       std::ranges::all_of(timelines_, [](const Timeline& each) { return each.edits() == 0; });

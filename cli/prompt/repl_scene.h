@@ -1,4 +1,4 @@
-// The scene behind a prompt: its systems, where they have been, and the branches of that.
+// The scene behind a prompt: its systems, their history, and its branches.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ namespace sim::cli {
 class LiveScene {
  public:
   using Condition = std::function<bool()>;
-  // budget: of all snapshots together, in bytes. Throws what load() throws.
+  // budget: of all snapshots together, in bytes. Throws the errors of load().
   LiveScene(const SceneRequest& request, const Environment& environment, Registry& registry,
             std::size_t budget, std::ostream& err, bool progress);
 
@@ -37,8 +37,9 @@ class LiveScene {
   double drift(std::size_t system, const Energy& now) const;  // J, as work; NaN: not known
   Track track(std::size_t system);                            // with that start
 
-  // Each system takes so many steps, or goes so far: the one furthest behind in time takes the next
-  // step. Throws Interrupted and Error{kDiverged}; steps stay whole. `until` ends it; asked first.
+  // Each system takes so many steps, or runs until then: the one furthest behind in time takes the
+  // next step. Throws Interrupted and Error{kDiverged}; steps stay whole. `until` ends it; tested
+  // first.
   using Outcome = std::optional<Verdict>;  // none for a repetition with changes by the user
   Outcome step(std::int64_t steps);  // judged when that is asked for, with others that came before
   Outcome run(double seconds);       // the last step is shorter if necessary, beyond those known
@@ -53,14 +54,14 @@ class LiveScene {
   void act(const Action& action);  // on the present system
   void edit(const std::function<void(Simulation&)>& change);  // the same, if it is no action
   void record(RecordingWriter* writer) { writer_ = writer; }  // then no branch, no reload
-  // Somebody else goes on by the timelines, which it gives back.
+  // Hands the timelines to another owner, who returns them.
   void lend(const std::function<void(std::vector<Timeline>&, RecordingWriter*)>& play);
 
   // Choices that outlast a reload.
   void set_integrator(const MethodChoice& choice);
   void set_dt(double h);
   // Reads the file again, with a parameter changed if there is one, and runs it to the same time:
-  // what is different then. The session is unchanged when it throws; other branches keep their
+  // returns the differences. The session is unchanged if it throws; other branches keep their
   // scene.
   std::vector<Change> reload(const std::optional<std::pair<std::string, std::string>>& setting);
   void open(const std::string& scene);  // another one, at its start
@@ -70,8 +71,8 @@ class LiveScene {
   std::map<std::string, Branch> branches();  // the present one too, as it is now
   void add_branch(const std::string& name);  // starts here, and here we stay
   void switch_to(const std::string& name);
-  // Up to where the shorter of the two has been; nothing when no bit differs. Throws Error{kUsage}
-  // for branches whose scenes are not of the same numbers.
+  // The first difference up to the end of the shorter history; empty if no bit differs. Throws
+  // Error{kUsage} for branches whose scenes have different numbers.
   std::optional<FirstDifference> diff(const std::string& a, const std::string& b);
   void save(const std::string& file);
   void resume(const std::string& file);
@@ -96,7 +97,7 @@ class LiveScene {
   Branch present();
   Branch branch_named(const std::string& name);
 
-  // Steps that were taken by commands of their own, one after the other, and not judged yet.
+  // Steps taken by separate commands, one after the other, and not judged yet.
   struct Stepped {
     std::vector<std::int64_t> from, to;
   };

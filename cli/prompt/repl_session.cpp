@@ -40,7 +40,7 @@ std::string trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin);
 }
 
-// "spring?", "sim.grid?", ".step?", "?": whatever may be asked about.
+// "spring?", "sim.grid?", ".step?", "?": valid questions.
 bool is_question(const std::string& line) {
   return line.ends_with('?') && std::all_of(line.begin(), line.end() - 1, [](char c) {
            return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("_.:/-", c) != nullptr;
@@ -152,7 +152,7 @@ void Session::run_lua(const std::string& chunk) {
   }
 }
 
-// Two things that surprise: a local is gone after its line, and a function is not called without
+// Hints on two surprises: a local is gone after its line, and a function is not called without
 // parentheses.
 void Session::explain(const std::string& chunk, const std::vector<Data>& values) {
   std::smatch match;
@@ -169,7 +169,7 @@ void Session::explain(const std::string& chunk, const std::vector<Data>& values)
     tell(chunk + " is a function: write " + chunk + "() or ." + command->name + "\n");
 }
 
-// The remedy that Lua does not know.
+// The remedy for an error that Lua cannot give.
 void Session::explain_error(const std::string& chunk, const Error& error) const {
   ErrorText text = error.text();
   constexpr std::string_view kUnknown = "unknown name '";
@@ -191,8 +191,8 @@ void Session::explain_error(const std::string& chunk, const Error& error) const 
   throw Error(error.kind(), text);
 }
 
-// Runs what a line says, as one change, and keeps the line for script(); of one that fails on its
-// way, how far it came.
+// Runs a line as one change, and keeps the line for script(); for a line that fails, how far it
+// came.
 template <class Run>
 void Session::kept(const std::string& text, Run run) {
   struct Inside {

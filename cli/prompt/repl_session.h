@@ -23,16 +23,16 @@ struct SessionRequest {
 
 class Session {
  public:
-  // Throws what loading the scene throws.
+  // Throws the errors of loading the scene.
   Session(const SessionRequest& request, const Environment& environment, Registry& registry,
           Console& console);
 
-  // Takes one line, the `number`-th of `where`. False: it begins something that goes on in the
-  // next. Throws what goes wrong: Error with its place, Interrupted, ClosedPipe. The state is as
-  // before then, or, when a run was stopped, that of its last whole step.
+  // Takes one line, the `number`-th of `where`. False: it is continued in the next. Throws its
+  // errors: Error with its location, Interrupted, ClosedPipe. The state is then as before or, after
+  // a stopped run, that of its last whole step.
   bool take(const std::string& line, const std::string& where, int number);
 
-  // The end of the input. Throws Error for something that was begun.
+  // The end of the input. Throws Error for an incomplete line.
   void end();
 
   void forget_unfinished() { unfinished_.clear(); }
@@ -44,7 +44,7 @@ class Session {
   std::optional<int> exit_code;  // once .quit was said
   Mode mode = Mode::kText;
 
-  // Commands that do again what was done, from the start of the session on.
+  // Commands that repeat the session from its start.
   std::string script() const { return opening_ + log_; }
   void add_to_script(const std::string& lines) { log_ += lines; }  // for a command that is not
   Records records;

@@ -109,7 +109,7 @@ std::string render(const Data& value, std::size_t indent) {
   const std::string line = "{" + join(parts, ", ") + "}";
   if (indent + line.size() <= kWidth && line.find('\n') == std::string::npos) return line;
 
-  // Names and tables get a line each, plain lists are filled in.
+  // Names and tables get a line each, plain lists are wrapped.
   const std::string margin(indent + 2, ' ');
   std::string text = "{\n" + margin;
   std::size_t used = margin.size();
@@ -152,7 +152,7 @@ std::string csv_cell(const Data& value) {
   return csv_field(value.table() ? json_text(value) : scalar(value));
 }
 
-// The names of a table that has nothing but names.
+// The names of a table that has names alone.
 std::vector<std::string> names_of(const Data& value) {
   const DataTable* table = value.table();
   std::vector<std::string> names;

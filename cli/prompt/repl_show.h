@@ -11,8 +11,8 @@ enum class Mode { kText, kJson, kCsv };
 
 const char* mode_name(Mode mode);  // "text", "json", "csv"
 
-// In Lua's notation: {1, 2, x = "text"}; over several lines where one is too long. Characters that
-// do not belong in a terminal are escaped.
+// A value in Lua's notation: {1, 2, x = "text"}; over several lines if one is too long. Characters
+// unfit for a terminal are escaped.
 std::string lua_text(const Data& value);
 
 // Numbers that are not finite become null, functions a text.

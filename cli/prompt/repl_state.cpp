@@ -19,7 +19,7 @@ std::string captured(Print print) {
   return stream.str();
 }
 
-// A table in one text as its header and its rows, so that a header is not said twice.
+// Splits a table into its header and its rows, so that a header is not repeated.
 CsvText split_table(const std::string& text) {
   const std::size_t end = text.find('\n') + 1;
   return {text.substr(0, end), text.substr(end)};
@@ -47,7 +47,7 @@ Answer for_each_particle(Call& call, Action::What what) {
   return {};
 }
 
-// Nothing for what is not known.
+// Empty for an unknown value.
 Data known(double value) { return std::isnan(value) ? Data() : Data(value); }
 
 }  // namespace
@@ -169,7 +169,7 @@ Answer toggle(Call& call) {
   return {name + (on ? " on" : " off")};
 }
 
-// The shares and their sum, which moves the particle unless it is pinned.
+// The forces and their sum, which moves the particle unless it is pinned.
 Answer forces(Call& call) {
   call.take(1, 1);
   const Simulation& system = call.session.live().system();
@@ -198,7 +198,7 @@ Answer forces(Call& call) {
   return words(text, list);
 }
 
-// All systems of a world, as a run of `sim` does.
+// Shows all systems of a world, as a run of `sim` does.
 Answer dump(Call& call) {
   call.take(0, 1);
   Session& session = call.session;

@@ -281,7 +281,7 @@ unsigned char LineEditor::Editing::tab() {
   return offer(word, found.words, command ? " " : "");
 }
 
-// Inserts what all words begin with, and `end` behind a single one that is no folder.
+// Inserts the common beginning of all words, and `end` after a single one that is no folder.
 unsigned char LineEditor::Editing::offer(const std::string& word,
                                          const std::vector<std::string>& words,
                                          const std::string& end) {

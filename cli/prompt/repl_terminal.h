@@ -12,13 +12,13 @@
 
 namespace sim::cli {
 
-// One at a time: signals of the terminal reach the one that reads.
+// One instance at a time: signals of the terminal reach the reader.
 class LineEditor {
  public:
   using Completer = std::function<Completions(const std::string& line, std::size_t word_begin)>;
 
   // The history is read from `history_file`, and lines are added to it as they come; without a
-  // name, or where it cannot be written, they are forgotten.
+  // name, or if it cannot be written, they are lost.
   LineEditor(std::string history_file, Completer completer);
   ~LineEditor();
   LineEditor(const LineEditor&) = delete;

@@ -1,4 +1,4 @@
-// The scene of the prompt, to be touched; what hands did is part of the session.
+// Views of the prompt's scene, in which a user acts; the actions are part of the session.
 #include <algorithm>
 
 #include "cli/prompt/repl_actions.h"
@@ -14,8 +14,8 @@ std::string stepped(std::int64_t steps) {
                     : (steps > 0 ? ".step " : ".back ") + std::to_string(std::abs(steps)) + "\n";
 }
 
-// Commands that lead from step `from` to where the hands of a recording led: forwards only, so that
-// what was left behind is not in them.
+// Commands that lead from step `from` to the end of a recording: forwards only, without discarded
+// history.
 std::string commands_of(const std::string& recorded, std::int64_t from, std::int64_t to) {
   const Recording recording = parse_recording(recorded, ".view");
   const auto found = recording.systems.find("");
@@ -57,7 +57,7 @@ Answer view(Call& call) {
   });
   const std::int64_t to = live.system().step_count();
   own.end("", to, live.system().hash());
-  // In a world systems are stepped together here, and as the clock of the first one wants there.
+  // In a world systems are stepped together here, and as the first one's clock requires there.
   session.add_to_script(world ? "-- .view: what hands did in a world is not in here\n"
                               : commands_of(recorded, from, to));
   SessionSignals::forget_interrupt();  // it closed the view, and nothing else

@@ -24,7 +24,7 @@ struct SceneOrigin {
   std::size_t first_choice() const;  // its first system of particles, or its first one
 };
 
-// Throws what load() throws.
+// Throws the errors of load().
 std::shared_ptr<SceneOrigin> read_origin(const SceneRequest& request,
                                          const Environment& environment, Registry& registry);
 
@@ -43,7 +43,7 @@ struct FirstDifference {
   Difference difference;
 };
 
-// A verdict, and from when to when it is.
+// A verdict, and the steps between which it holds.
 struct Judged {
   study::Verdict verdict;
   double from = 0, to = 0;      // s

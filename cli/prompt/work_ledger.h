@@ -1,4 +1,4 @@
-// The work that drag and similar forces took on the way to each state of a session.
+// The work of drag and similar forces up to each state of a session.
 #pragma once
 
 #include <cmath>
@@ -10,11 +10,11 @@
 
 namespace sim::cli {
 
-// The work of each system up to the last state that was run to. A state that was reached in another
-// way, for example by an edit, has another hash: its work is unknown.
+// The work of each system up to the last state of its runs. A state reached in another way, for
+// example by an edit, has another hash: its work is unknown.
 class WorkLedger {
  public:
-  // WorkIntegral::memory() at the present state of a system; null where it is not known.
+  // WorkIntegral::memory() at the present state of a system; null if unknown.
   const std::vector<double>* find(std::size_t index, const Simulation& system) const {
     const bool known = index < entries_.size() && !entries_[index].integral.empty() &&
                        entries_[index].hash == system.hash();
@@ -26,7 +26,7 @@ class WorkLedger {
     entries_[index] = {system.hash(), std::move(integral)};
   }
 
-  // In J; not a number where it is not known.
+  // In J; not a number if unknown.
   double work(std::size_t index, const Simulation& system) const {
     if (system.step_count() == 0 || system.conserves_energy()) return 0;
     WorkIntegral integral;

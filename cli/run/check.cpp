@@ -18,7 +18,7 @@ double share(const std::string& option, const std::string& text) {
   return percent ? *value / 100 : *value;
 }
 
-// `unknown`: why there may be nothing to hold.
+// `unknown`: the reason why there may be nothing to check.
 void hold(const std::string& name, const std::optional<double>& limit, double value,
           const std::string& system, const std::string& unknown, const std::string& remedy) {
   if (!limit || value <= *limit) return;

@@ -1,5 +1,5 @@
-// --check verified,energy=1%,strain=20%,dt=90%: what is asked of a run, with exit code 8 where it
-// is not so.
+// --check verified,energy=1%,strain=20%,dt=90%: bounds on a run, with exit code 8 if one is
+// violated.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ struct Checks {
 // Throws Error{kUsage} naming `option`.
 Checks parse_checks(const std::string& option, const std::string& text);
 
-// Throws Error{kCheck} for the first limit that is passed, or for which there is nothing to check.
+// Throws Error{kCheck} for the first violated bound, or one that cannot be checked.
 void check(const Checks& checks, const study::Verdict& verdict, const std::string& system);
 
 }  // namespace sim::cli

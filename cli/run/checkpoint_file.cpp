@@ -41,7 +41,7 @@ std::vector<Account> accounts_of(std::span<const Track> tracks) {
   std::vector<Account> accounts;
   for (const Track& track : tracks) {
     accounts.push_back({track.start_energy().total(), track.work_memory(), track.doubt()});
-    // Work of a state that has exploded may be no number: it is not known.
+    // The work at an exploded state may be no number: it is unknown.
     std::vector<double>& work = accounts.back().work;
     if (!all_finite(work)) work.clear();
   }

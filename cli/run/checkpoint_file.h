@@ -1,4 +1,4 @@
-// Checkpoints as files: --snap, --resume, and the same of a session.
+// Checkpoints as files: --snap, --resume, and those of a session.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace sim::cli {
 
-// From where the drift of a system counts, and what has been taken since.
+// The reference of a system's energy drift, and the work taken since.
 struct Account {
   double start_energy = 0;   // J
   std::vector<double> work;  // WorkIntegral::memory(); empty: not known
@@ -23,7 +23,8 @@ struct Account {
 
 std::vector<Account> accounts_of(std::span<const Track> tracks);
 
-// To a file that is not there until commit_safely(); one account a system. Throws Error{kIo}.
+// Writes to a file that does not exist until commit_safely(); one account a system. Throws
+// Error{kIo}.
 std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequest& request,
                                         const LoadedScene& scene, std::span<const Account> accounts,
                                         std::ostream& standard_output);
@@ -32,14 +33,14 @@ std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequ
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
                      std::span<const Account> accounts, std::ostream& standard_output);
 
-// Throws Error{kIo} for a file that cannot be read, Error{kCheckpoint} for one that is no good.
+// Throws Error{kIo} for a file that cannot be read, Error{kCheckpoint} for an invalid one.
 Checkpoint read_checkpoint(const std::string& file);
 
-// Fills in what the request leaves open with the settings that the checkpoint was made with.
+// Completes the request with the settings of the checkpoint.
 void complete(SceneRequest& request, const Checkpoint& saved);
 
-// Puts all systems where they were, and returns their accounts. Throws Error{kCheckpoint} when they
-// are others, or when the request asks for another integrator or step size.
+// Restores all systems, and returns their accounts. Throws Error{kCheckpoint} if they are others,
+// or if the request has another integrator or step size.
 std::vector<Account> resume_all(LoadedScene& scene, const SceneRequest& request,
                                 const Checkpoint& saved, const std::string& file,
                                 Registry& registry);

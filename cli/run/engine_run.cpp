@@ -158,7 +158,7 @@ EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track
     take_first_steps(track.system(), last_ - moments.front(), registry);
 }
 
-// The kernel solves them to roundings, too, where the engine does.
+// The kernel solves them to rounding, too, if the engine does.
 void EngineRun::take_first_steps(Simulation& system, std::int64_t most, Registry& registry) {
   constexpr double kExact = 1e-12;
   const Method method = system.method();

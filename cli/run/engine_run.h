@@ -1,4 +1,4 @@
-// A run whose steps another program makes: ours measures, judges and writes.
+// A run whose steps are made by another program: ours measures, judges and writes.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,7 @@
 
 namespace sim::cli {
 
-// The engine that a plugin brings. Throws Error{kUsage} for a name that none has, and
-// Error{kPlugin}.
+// The engine of a plugin. Throws Error{kUsage} for an unknown name, and Error{kPlugin}.
 std::unique_ptr<engine::Engine> make_engine(const std::string& name, Registry& registry);
 
 // --engine NAME, or sim import of a folder.
@@ -52,14 +51,15 @@ inline constexpr const char* kEngineStart = "start.snap";  // a checkpoint
 
 class EngineRun {
  public:
-  // Refuses what is refused; writes the files, unless there are results. Track, registry and
+  // Refuses unsupported requests; writes the files, unless there are results. Track, registry and
   // console outlive it. Throws Error.
   EngineRun(const EngineRequest& request, const SystemSpec& spec, Track& track,
             std::vector<std::int64_t> moments, Registry& registry, bool quiet, Console& console);
 
   std::string title() const { return title_; }  // "lammps, 2 ranks"
   void start();
-  // To the next state. False: a signal came, or the run has diverged, which the track is told then.
+  // Advances to the next state. False: a signal came, or the run has diverged, which the track is
+  // told then.
   bool advance(Track& track);
 
  private:

@@ -31,7 +31,7 @@ std::string goal_step_text(const GoalChoice& choice) {
   return choice.tolerance > 0 ? "tol " + brief(choice.tolerance, 3) : brief(choice.dt, 4) + " s";
 }
 
-// "pefrl 1.4, rk4 2.1": what others would cost, over the cheapest.
+// "pefrl 1.4, rk4 2.1": the costs of others, relative to the cheapest.
 std::string others_text(const GoalChoice& choice) {
   constexpr std::size_t kMost = 3;
   const double least = choice.candidates.front().cost;
@@ -44,7 +44,7 @@ std::string others_text(const GoalChoice& choice) {
   return text;
 }
 
-// The quantity that the error is of, or nothing: positions.
+// The quantity that the error refers to; empty: positions.
 std::string quantity_of(const RunRequest& request) {
   return request.of.empty() ? "" : request.of.front();
 }
@@ -87,8 +87,8 @@ void check_error_request(const RunRequest& request) {
 
 namespace {
 
-// The error that is asked of a system: by the command line, or by the scene where nothing else asks
-// for steps of its own.
+// The error required of a system: by the command line, or by the scene if nothing else prescribes
+// steps.
 std::optional<study::Budget> asked_of(const SystemSpec& spec, const RunRequest& request) {
   if (request.error) return request.error;
   const bool steps = request.resume || request.replay || request.from_rest || request.engine ||

@@ -1,4 +1,4 @@
-// `sim SCENE --error E`: a method and a step for each system, and what is said of them.
+// `sim SCENE --error E`: a method and a step for each system, and their report.
 #pragma once
 
 #include <optional>
@@ -11,10 +11,10 @@
 
 namespace sim::cli {
 
-// The choice of each system; nothing for one of which no error was asked.
+// The choice of each system; empty for one without a required error.
 using GoalChoices = std::vector<std::optional<study::GoalChoice>>;
 
-// Throws Error{kUsage} for what does not go with --error.
+// Throws Error{kUsage} for options that exclude --error.
 void check_error_request(const RunRequest& request);
 
 // Chooses for each system of which --error, or else the scene, asks for an error, and makes it anew
@@ -23,18 +23,18 @@ void check_error_request(const RunRequest& request);
 GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& registry,
                              Console& console, int& caught);
 
-// Some lines for people, and an object for machines; "" for nothing.
+// Some lines for people, and an object for machines; "" if there is none.
 std::string error_choice_text(const std::optional<study::GoalChoice>& choice,
                               const RunRequest& request);
 std::string error_choice_json(const std::optional<study::GoalChoice>& choice,
                               const RunRequest& request);
 
-// The deviation that the choice measured, for the verdict; not compared where it says nothing of
+// The deviation that the choice measured, for the verdict; not compared if it does not concern
 // positions.
 study::RunDeviation parting_of(const std::optional<study::GoalChoice>& choice,
                                const RunRequest& request);
 
-// Throws Error{kCheck} where the error is not kept to the end of the run.
+// Throws Error{kCheck} if the error is not kept to the end of the run.
 void check_error_kept(const std::optional<study::GoalChoice>& choice, const RunRequest& request);
 
 }  // namespace sim::cli

@@ -83,7 +83,7 @@ Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& regi
   task.stop = [this] { return stop_ && stop_(); };
   for (std::size_t i = 0; i < scene.systems.size(); ++i)
     task.models.push_back(make_model(scene.spec.systems[i], scene.systems[i]));
-  // A look at what is not there is refused now.
+  // A look without its subject is refused now.
   Moment start;
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     Simulation& system = scene.systems[i];

@@ -1,4 +1,4 @@
-// The files of --out: which moments of a run they get, and when they are written.
+// The files of --out: the moments that they get, and the times of writing.
 #pragma once
 
 #include <cstdint>
@@ -26,14 +26,14 @@ struct OutRequest {
   bool any() const { return show || !files.empty(); }
 };
 
-// Throws Error{kUsage} for an ending that no writer knows; opens nothing.
+// Throws Error{kUsage} for an ending of no writer; opens nothing.
 void check_files(const OutRequest& request, Registry& registry);
 
 inline constexpr double kFilmRate = 30;  // pictures a second, if nobody says otherwise
 
 class Recorder {
  public:
-  // Throws what writers throw; then no file is left. Spec, systems and registry outlive it.
+  // Throws the errors of writers; then no file is left. Spec, systems and registry outlive it.
   Recorder(const OutRequest& request, LoadedScene& scene, Registry& registry);
   ~Recorder();
 
@@ -44,7 +44,7 @@ class Recorder {
                const std::function<void(std::int64_t)>& tell) const;
   // Takes the frames that are due, and always the last one.
   void look(std::size_t system, Track& track, bool last);
-  // Each file by itself; the names of those that were made.
+  // Commits each file by itself; returns the names of those that were made.
   std::vector<std::string> commit(const std::function<bool()>& stop);
 
   // A file that fails gets no more frames, and this is called while its exception is handled.

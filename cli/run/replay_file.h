@@ -1,4 +1,4 @@
-// --replay FILE: a run that hands had a part in, once more.
+// --replay FILE: repeats a run in which a user acted.
 #pragma once
 
 #include <string>
@@ -13,11 +13,11 @@ namespace sim::cli {
 
 class Replays {
  public:
-  // Throws Error{kIo} and what parse_recording throws.
+  // Throws Error{kIo} and the errors of parse_recording.
   explicit Replays(const std::string& file);
 
-  // Gives the request what the recording says and it does not say itself: scene, settings,
-  // switches, seed, integrator, step. Throws Error{kScene} for a header that makes no sense.
+  // Completes the request from the recording: scene, settings, switches, seed, integrator, step.
+  // Throws Error{kScene} for an invalid header.
   void complete(SceneRequest& request);
 
   // With the methods of all actions. Throws Error{kScene} for a recording of other systems.
@@ -46,8 +46,8 @@ class Replays {
 using RecordingHeader = std::vector<std::pair<std::string, std::string>>;
 RecordingHeader recording_header(const SceneRequest& request);
 
-// Gives the request what a header says and it does not say itself. Throws Error{kScene} with the
-// name of the file for one that makes no sense.
+// Completes the request from a header. Throws Error{kScene} with the name of the file for an
+// invalid one.
 void complete(SceneRequest& request, const RecordingHeader& header, const std::string& file);
 
 // The method that an action names; throws Error{kUsage}.

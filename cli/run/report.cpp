@@ -21,12 +21,12 @@ std::int64_t steps_taken(std::span<Track> tracks) {
   return steps;
 }
 
-// Right in a column, with a space before it however long it is.
+// Right-aligned in a column, with a space before it however long it is.
 std::string cell(const std::string& text, std::size_t width) {
   return " " + right(text, width - 1);
 }
 
-// The system that has furthest to go stands for the whole run.
+// The system with the most remaining steps stands for the whole run.
 const Track& slowest(std::span<Track> tracks) {
   return *std::min_element(tracks.begin(), tracks.end(), [](const Track& a, const Track& b) {
     return a.system().t() < b.system().t();

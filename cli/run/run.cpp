@@ -42,11 +42,11 @@ std::vector<study::Quantity> figures_of(const SystemSpec& spec,
 
 class Run {
  public:
-  // From where the drift of each system counts; empty = from here.
+  // The reference of each system's energy drift; empty = the present state.
   Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
       std::optional<Replays> replays, GoalChoices choices, Registry& registry, Console& console);
 
-  // The exit code; what fails on the way is said.
+  // Returns the exit code; failures during the run are reported.
   int go();
 
  private:
@@ -160,9 +160,9 @@ void Run::measure(Track& track, bool last) {
   }
 }
 
-// To where something of the track is due, or less far. Several systems go step by step. A
-// right-hand side in Lua may fail in a step: the error says when, and the system stays where it
-// was.
+// Advances to the next state due on the track, or less far. Several systems go step by step. A
+// right-hand side in Lua may fail in a step: the error gives the time, and the system stays where
+// it was.
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   perform(track);
@@ -182,8 +182,8 @@ bool Run::step(Track& track) {
   }
 }
 
-// Until all tracks are at their ends, or a signal came, which is returned, or nobody is left to run
-// for.
+// Runs until all tracks are at their ends, or a signal came, which is returned, or no output is
+// left.
 int Run::take_steps(const Interrupts& interrupts) {
   if (std::ostream* out = report_stream(request_, console_))
     for (const auto& choice : choices_) put(*out, error_choice_text(choice, request_));
@@ -230,7 +230,7 @@ int Run::take_steps(const Interrupts& interrupts) {
   return caught;
 }
 
-// After the first second of a run: it is verified beside, and what takes long says so.
+// After the first second of a run: its verification begins beside it, and long parts are announced.
 void Run::begin_long_run(double seconds) {
   const bool beside =
       study::verify_beside(request_.verify, tracks_, request_.scene.threads, SessionSignals::any);
@@ -252,7 +252,7 @@ void Run::begin_long_run(double seconds) {
   console_.err << '\n' << std::flush;
 }
 
-// Methods that choose their steps may take many for one of ours.
+// Adaptive methods may take many steps for one of ours.
 void Run::mention_long_step() {
   if (long_told_ || request_.quiet || seconds_so_far() < kLong) return;
   long_told_ = true;
@@ -276,7 +276,7 @@ void Run::verify() {
   study::verify(request_.verify, tracks_, seconds_, SessionSignals::any, say);
 }
 
-// The last frames of a run that an error ended. An error that comes again was said.
+// The last frames of a run that an error ended. A repeated error was reported.
 void Run::take_last() {
   for (Track& track : tracks_) {
     try {
@@ -319,8 +319,8 @@ int Run::go() {
   return outputs_.code() ? outputs_.code() : code;
 }
 
-// Runs each system that diverged once more, to see why, and what works instead; in all for about 2
-// s or ten times the run.
+// Repeats each diverged system, to find the cause and a remedy; in all for about 2 s or ten times
+// the run.
 void Run::explain() {
   constexpr double kLeast = 2, kTimes = 10;
   const auto diverged = [](Track& track) { return track.verdict().trust == Trust::kDiverged; };

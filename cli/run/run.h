@@ -1,4 +1,4 @@
-// `sim SCENE ...`: steps a scene, writes its tables, and says how far it can be trusted.
+// `sim SCENE ...`: steps a scene, writes its tables, and reports how far it can be trusted.
 #pragma once
 
 #include <cstdint>

@@ -39,7 +39,7 @@ void copy_file(const fs::path& from, const std::string& to) {
   out.commit_safely();
 }
 
-// A second name for a file, in place of whatever had it. False where the system cannot do that.
+// Adds a second name to a file, replacing its former owner. False if the system cannot do that.
 bool link_over(const fs::path& file, const fs::path& name) {
   fs::path made;
   const int reserved = open_temporary(name.parent_path(), "", made);
@@ -72,11 +72,11 @@ RunCheckpoints::RunCheckpoints(const RunRequest& request, LoadedScene& scene, Co
   if (names.empty()) return;
   previous_ = names[0];
   diverged_ = names[1];
-  // Errors that can be known now are said before the first step.
+  // Errors that can be found now are reported before the first step.
   for (const std::string& name : {file_, previous_, diverged_}) Output{name};
 }
 
-// It may take a hundredth of the run's time.
+// Writing may take a hundredth of the run's time.
 void RunCheckpoints::keep_good(std::span<const Track> tracks) {
   constexpr auto kAtOnce = std::chrono::milliseconds(20);
   const auto now = Clock::now();
@@ -87,7 +87,7 @@ void RunCheckpoints::keep_good(std::span<const Track> tracks) {
     good_ = std::move(made);
     good_t_ = scene_.systems.front().t();
   } catch (const Error&) {
-    // The one before serves.
+    // The previous one serves.
   }
   last_ = Clock::now() - now;
   spent_ += last_;
@@ -121,7 +121,7 @@ void RunCheckpoints::keep_previous() {
   }
 }
 
-// A call that fails once, as those of the system may, is tried once more.
+// Repeats a call once, as system calls may fail transiently.
 void RunCheckpoints::write(const std::vector<Account>& accounts) {
   for (bool again = false;; again = true) {
     try {

@@ -1,4 +1,4 @@
-// The files that a run is asked for: which, whether they go together, and what earlier ones left.
+// The files of a run: the list, its consistency, and remains of earlier runs.
 #pragma once
 
 #include <utility>
@@ -13,7 +13,7 @@ std::vector<std::pair<const char*, const Target*>> tables_of(const RunRequest& r
 
 bool table_on_standard_output(const RunRequest& request);
 
-// Words leave standard output to a table that goes there.
+// Words give way on standard output to a table that goes there.
 std::ostream& words(const RunRequest& request, Console& console);
 
 // All that the run is asked to read and to write, but for what belongs to its scene.

@@ -38,7 +38,7 @@ class RunOutputs {
   // Reports the exception that is being handled, and keeps its exit code.
   void fail();
   int code() const { return code_; }  // of the first failure, or 0
-  // Nobody is left to run for: all that was asked for has failed, or a reader has gone.
+  // True if nobody is left to run for: all outputs have failed, or a reader has gone.
   bool deserted() const;
   void tell_written();  // after failures: the files written all the same
 

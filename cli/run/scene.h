@@ -37,8 +37,8 @@ struct SceneRequest {
   Folders plugin_path, libraries;
 };
 
-// The same for one system, as Simulation takes it. Throws Error{kUsage} for an integrator that does
-// not exist or does not take what is said of it.
+// The same for one system, as Simulation takes it. Throws Error{kUsage} for an unknown integrator
+// or bad values.
 RunOptions run_options(const SceneRequest& request, const SystemSpec& system, Registry& registry);
 
 struct LoadedScene : StudiedScene {
@@ -50,8 +50,8 @@ struct LoadedScene : StudiedScene {
   std::vector<std::string> notes();  // of the scene, its integrators and systems; each once
 };
 
-// Throws Error: kUsage for an integrator of the command line that does not exist or does not take
-// what is said of it, else what load_scene and Simulation throw.
+// Throws Error: kUsage for an unknown integrator of the command line or bad values, else the errors
+// of load_scene and Simulation.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
 
 // Plans the files that were read for the scene, and the libraries of plugins.

@@ -31,10 +31,10 @@ class StudyProgress {
   StudyProgress(const StudyProgress&) = delete;
   StudyProgress& operator=(const StudyProgress&) = delete;
 
-  // To be given to a study; this object outlives it.
+  // The progress callback for a study; this object outlives it.
   study::Watch watch();
 
-  // Says how long the study takes about, where that is worth a word; watch() does later, where it
+  // Announces the approximate duration of the study, if it is long; watch() does so later, if it
   // takes longer.
   void announce(double seconds);
 

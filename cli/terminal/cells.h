@@ -10,7 +10,7 @@
 
 namespace sim::cli {
 
-// "" or why this terminal shows no pictures.
+// "" or the reason why this terminal shows no pictures.
 std::string no_pictures();
 
 struct CellSize {

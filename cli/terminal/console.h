@@ -11,8 +11,9 @@
 
 namespace sim::cli {
 
-// Passes text on to a standard stream as visible_text: whatever a stranger's scene, file or path
-// brings, a terminal gets nothing but characters. A character that arrives in pieces is whole.
+// Passes text on to a standard stream as visible_text: whatever a scene, file or path of unknown
+// origin brings, a terminal gets nothing but characters. A character split between writes stays
+// whole.
 class VisibleBuffer final : public std::streambuf {
  public:
   explicit VisibleBuffer(std::streambuf& inner) : inner_(inner) {}

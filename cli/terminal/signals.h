@@ -27,7 +27,7 @@ class Interrupts {
   bool owed_before_;
 };
 
-// Thrown by what stops because of a signal.
+// Thrown by work that stops because of a signal.
 struct Interrupted : std::exception {};
 
 // The same for a session: none restarts a system call. Code that ignores the first signal (a plugin

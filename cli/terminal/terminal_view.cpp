@@ -68,7 +68,7 @@ class TerminalView final : public Writer {
                                [&](const PictureBall& b) { return outside(b.centre); });
   }
 
-  // Until the clock is where the run is; a signal ends it.
+  // Waits until the clock reaches the run; a signal ends it.
   void wait(double t) {
     const auto now = std::chrono::steady_clock::now();
     if (!shown_) begin_ = now - std::chrono::duration_cast<Clock>(std::chrono::duration<double>(t));

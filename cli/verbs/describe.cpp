@@ -57,7 +57,7 @@ std::string param_table(const PluginInfo& info) {
     rows.push_back({param.name, type_name(param.type), param.unit.empty() ? "-" : param.unit,
                     default_text(param), bounds_text(param)});
   std::string table = aligned(rows);
-  // The meaning stands below its row, so that the table fits a terminal.
+  // The meaning is below its row, so that the table fits a terminal.
   std::string text;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {

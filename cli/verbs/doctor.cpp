@@ -19,7 +19,7 @@
 namespace sim::cli {
 namespace {
 
-// One thing that was looked at.
+// A single finding.
 struct Check {
   std::string name, found;
   bool good = true;
@@ -52,7 +52,7 @@ void Examination::build() {
   checks_.push_back({"threads", threads ? counted(threads, "hardware thread") : "unknown"});
 }
 
-// Parts that are there or not, and the Debian package that brings each.
+// Optional parts, and the Debian package of each.
 void Examination::optional_parts() {
   const auto part = [&](const std::string& name, const std::string& found, const std::string& use,
                         const std::string& package) {

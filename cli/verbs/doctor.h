@@ -1,4 +1,4 @@
-// `sim doctor`: is everything there that a run needs?
+// `sim doctor`: checks that everything needed for a run is there.
 #pragma once
 
 #include "cli/run/environment.h"
@@ -11,8 +11,8 @@ struct DoctorRequest {
   bool json = false;
 };
 
-// Opens every plugin, reads and steps the default scene, and says what it found. 0, or 5 when
-// something is wrong.
+// Opens every plugin, reads and steps the default scene, and reports. Returns 0, or 5 if something
+// is wrong.
 int doctor(const DoctorRequest& request, const Environment& environment, Console& console);
 
 }  // namespace sim::cli

@@ -28,7 +28,7 @@ void plan_folder(const std::string& folder, bool whole, const engine::EngineFile
   for (const std::string& name : names) plan.writes("the export", folder + "/" + name);
 }
 
-// The engine of --format. Throws Error{kUsage} for one that nobody else can start.
+// The engine of --format. Throws Error{kUsage} for one without an export.
 std::unique_ptr<engine::Engine> exportable(const std::string& name, Registry& registry) {
   const auto made_for = [&](const std::string& each) {
     auto engine = registry.find(kind_of<engine::Engine>, each) ? make_engine(each, registry)
@@ -45,14 +45,14 @@ std::unique_ptr<engine::Engine> exportable(const std::string& name, Registry& re
                "no engine of that name takes a scene by hand", suggestion(name, known)});
 }
 
-// From where the folder is read, the scene is found again.
+// The path of the scene relative to the folder, by which it is found again.
 SceneRequest findable(SceneRequest request) {
   std::error_code failed;
   if (fs::exists(request.scene, failed)) request.scene = fs::absolute(request.scene).string();
   return request;
 }
 
-// One system of what is exported.
+// One exported system.
 struct Exported {
   engine::Exchange scene;
   std::vector<std::int64_t> moments;

@@ -63,7 +63,7 @@ std::string text_section(const std::string& name, const std::vector<ListRow>& ro
   return text;
 }
 
-// To choose from: by order, then by evaluations; those that say nothing of themselves come last.
+// Sorted for choosing: by order, then by evaluations; methods without facts come last.
 std::string integrator_section(std::vector<ListRow> rows) {
   const auto key = [](const ListRow& row) {
     return row.facts ? std::pair(row.facts->info.order, row.facts->info.evaluations)

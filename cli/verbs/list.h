@@ -1,4 +1,4 @@
-// `sim list`: what there is to use.
+// `sim list`: the available scenes and plugins.
 #pragma once
 
 #include <string>

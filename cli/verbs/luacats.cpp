@@ -67,7 +67,7 @@ std::string comment(const std::string& text) {
   return result;
 }
 
-// Keys that are no parameters: what it joins, what it acts on, whether it is on.
+// Keys that are no parameters: ids, particles, the switch.
 std::string scene_keys(const PluginInfo& plugin) {
   std::string text;
   const auto key = [&](const std::string& name, const std::string& type) {
@@ -132,7 +132,7 @@ std::string luacats(const Environment& environment, Registry& registry) {
     const std::string path = "sim." + std::string(kind.name);
     const bool tied = kind == kind_of<Force> || kind == kind_of<Constraint>;
     text += "---@class " + path + (tied ? " : sim.Tied\n" : "\n");
-    // sim.contact { ... } is that of surfaces.
+    // sim.contact { ... } is contact of surfaces.
     if (kind == kind_of<StepCorrection>)
       text += "---@overload fun(options: " + path + ".surfaces): " + path + '\n';
     text += path + " = {}\n\n";

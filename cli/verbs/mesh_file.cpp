@@ -202,7 +202,7 @@ void read_ply(const std::string& text, const std::string& file, Reading& mesh) {
     }
 }
 
-// Points that no triangle has would fall on their own.
+// Points without a triangle would fall on their own.
 Mesh used_part(const Reading& reading) {
   Mesh mesh;
   std::vector<int> place(reading.points.size(), -1);

@@ -29,7 +29,7 @@ return sim.scene { name = ")" +
 )";
 }
 
-// Settings of Lua's language server: where the types are, and what else it has to know.
+// Settings of Lua's language server: the version, the location of the types, and absent libraries.
 std::string editor_settings() {
   return "{\n  \"runtime.version\": \"Lua 5.4\",\n  \"workspace.library\": [" +
          json_string(editor_types().parent_path().string()) +

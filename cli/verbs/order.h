@@ -1,4 +1,4 @@
-// `sim order [INTEGRATOR] [SCENE]`: the order of convergence that methods really have.
+// `sim order [INTEGRATOR] [SCENE]`: the observed order of convergence of methods.
 #pragma once
 
 #include <optional>
@@ -21,8 +21,8 @@ struct OrderRequest {
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// A table for people, with every step where one integrator is asked for; with `json` what
-// `sim order --help` says.
+// A table for people, with every step if one integrator is requested; with `json` see `sim order
+// --help`.
 int order(const OrderRequest& request, const Environment& environment, Registry& registry,
           Console& console);
 

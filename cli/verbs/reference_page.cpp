@@ -39,7 +39,7 @@ std::string plugin_section(const PluginInfo& plugin) {
   return text;
 }
 
-// "sim.grid", or ":pin" of a method, as the first lines of the documentation call it.
+// "sim.grid", or ":pin" of a method, as named in the first lines of the documentation.
 std::string heading_of(const std::string& name, const std::string& doc) {
   const bool method = doc.find(':' + name) < doc.find('\n');
   return (method ? ":" : "sim.") + name;

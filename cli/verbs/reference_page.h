@@ -1,4 +1,4 @@
-// The scene language and every plugin as a page of Markdown, from what they say of themselves.
+// The scene language and every plugin as a page of Markdown, from their declarations.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace sim::cli {
 
-// Plugins that cannot be opened are passed over.
+// Plugins that cannot be opened are skipped.
 std::string reference_page(const Environment& environment, Registry& registry);
 
 }  // namespace sim::cli

@@ -16,8 +16,8 @@ struct RestRequest {
   bool json = false, quiet = false;
 };
 
-// Brings every system to rest and says so, one line each. Throws Error{kDiverged} where there is
-// no rest.
+// Brings every system to rest and reports it, one line each. Throws Error{kDiverged} if there is no
+// rest state.
 void bring_to_rest(LoadedScene& scene, std::ostream* words);
 
 int rest(const RestRequest& request, const Environment& environment, Registry& registry,

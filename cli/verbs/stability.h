@@ -1,4 +1,4 @@
-// `sim stability SCENE`: how fast a scene vibrates, and how large a step each integrator stands.
+// `sim stability SCENE`: the vibrations of a scene, and the stable step of each integrator.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct StabilityRequest {
   ShowProgress progress = ShowProgress::kAuto;
 };
 
-// Tables for people; with `json` what `sim stability --help` says.
+// Tables for people; with `json` see `sim stability --help`.
 int stability(const StabilityRequest& request, const Environment& environment, Registry& registry,
               Console& console);
 

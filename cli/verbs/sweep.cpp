@@ -27,7 +27,7 @@ bool is_exit(const std::string& field, ErrorKind kind) {
   return field == std::to_string(static_cast<int>(kind));
 }
 
-// The run of a case came to an end, which another try would not change.
+// True if the run of a case came to an end that another try would not change.
 bool has_ended(const CaseResult& result) {
   const std::string& exit = result.fields.front();
   return exit == "0" || is_exit(exit, ErrorKind::kDiverged) || is_exit(exit, ErrorKind::kCheck);
@@ -38,7 +38,7 @@ class Sweep {
   Sweep(const SweepRequest& request, const Environment& environment, Registry& registry);
 
   std::string list() const;
-  // Runs what is not known yet. False when it was told to end.
+  // Runs the unknown cases. False if it was told to end.
   bool run(StudyProgress& progress);
   void collect();  // the results of earlier runs
   void write(Console& console) const;
@@ -59,7 +59,7 @@ class Sweep {
   }
   std::size_t fields() const { return case_columns().size() + observed_.size() + 1; }
   bool recall(std::size_t index, bool with_failed);
-  // The cases of a process that came to no end are to be tried one by one.
+  // The unfinished cases of a process are tried one by one.
   void finish(Job& job, bool late, std::vector<std::size_t>& alone);
   std::size_t cases_at_once(std::size_t waiting) const;
   void keep(std::size_t index, CaseResult result, bool is_new);
@@ -106,7 +106,7 @@ Sweep::Sweep(const SweepRequest& request, const Environment& environment, Regist
   for (std::size_t i = 0; i < cases_.count(); ++i) case_run(i);  // for its errors
 }
 
-// The request with the values of a case. Throws Error{kUsage} for what is no value.
+// The request with the values of a case. Throws Error{kUsage} for a text that is no value.
 CaseRun Sweep::case_run(std::size_t index) const {
   CaseRun run{request_.scene, request_.length, request_.checks, request_.verify, request_.of};
   SceneRequest& scene = run.scene;
@@ -121,7 +121,7 @@ CaseRun Sweep::case_run(std::size_t index) const {
   return run;
 }
 
-// Everything that the fields of a case depend on, but for the files that are read for it.
+// Everything that the fields of a case depend on, except for the files that are read for it.
 std::uint64_t Sweep::key(std::size_t index) const {
   StateHash key;
   key.add(program_);
@@ -191,7 +191,7 @@ void Sweep::finish(Job& job, bool late, std::vector<std::size_t>& alone) {
   }
 }
 
-// The lanes are filled, but there are no fewer processes than threads.
+// Fills the lanes, but with no fewer processes than threads.
 std::size_t Sweep::cases_at_once(std::size_t waiting) const {
   constexpr std::size_t kMost = 64;
   const auto threads = static_cast<std::size_t>(request_.scene.threads.most);

@@ -56,7 +56,7 @@ struct FieldsOf<cli::Environment> {
 namespace cli {
 namespace {
 
-// The program and the kernel, as they lie on the disk.
+// The program and the kernel, as they are on disk.
 std::uint64_t program_hash() {
   StateHash hash;
   hash.add(content_hash_of("/proc/self/exe"));

@@ -15,13 +15,13 @@ namespace sim::cli {
 // The program, by its version and content, and the folders where it searches files.
 std::uint64_t program_key(const Environment& environment);
 
-// All that is asked of a case; `scene` is the file that was found.
+// The request of a case; `scene` is the file that was found.
 std::uint64_t request_key(CaseRun run, const std::string& scene);
 
 // Contents of files, each read once.
 class FileContents {
  public:
-  // The first of the files that is no longer as it was; null: none.
+  // The first of the files that has changed; null: none.
   const InputFile* changed(const std::vector<InputFile>& files);
 
  private:

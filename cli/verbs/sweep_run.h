@@ -1,4 +1,4 @@
-// One case of a sweep: what is measured of it, and the process it runs in.
+// One case of a sweep: its measurements, and the process it runs in.
 #pragma once
 
 #include <sys/types.h>
@@ -21,7 +21,7 @@ namespace sim::cli {
 
 using report::case_columns, report::lost_case, report::SweepCases;
 
-// A run as a case says it.
+// A run as defined by a case.
 struct CaseRun {
   SceneRequest scene;
   RunLength length;
@@ -43,7 +43,7 @@ std::vector<CaseResult> measured_cases(std::span<const CaseRun> runs,
                                        const std::vector<std::string>& observed,
                                        const Environment& environment, Registry& registry);
 
-// A function in a process of its own, which ends with this one, however that ends.
+// Runs a function in a process of its own, which ends with this one, however that ends.
 class CaseProcess {
  public:
   using Clock = std::chrono::steady_clock;

@@ -25,10 +25,10 @@ class SweepStore {
 
   std::string names() const;  // of its files, as FilePlan takes them
 
-  // A case as it was put, held to its checksum.
+  // A stored case, verified by its checksum.
   StoredCase get(std::size_t index, std::uint64_t key) const;
 
-  // Whole or not at all. Throws Error{kIo}.
+  // Stored whole or not at all. Throws Error{kIo}.
   void put(std::size_t index, std::uint64_t key, const CaseResult& result) const;
 
   std::filesystem::path file_of(std::size_t index) const;

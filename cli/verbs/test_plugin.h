@@ -1,4 +1,4 @@
-// `sim test PLUGIN.so`: does a plugin library keep what the interface promises?
+// `sim test PLUGIN.so`: checks that a plugin library keeps the contract of the interface.
 #pragma once
 
 #include <filesystem>

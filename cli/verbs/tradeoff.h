@@ -1,4 +1,4 @@
-// `sim tradeoff SCENE`: speed against accuracy of every integrator, and which to take.
+// `sim tradeoff SCENE`: speed against accuracy of every integrator, and a recommendation.
 #pragma once
 
 #include <optional>

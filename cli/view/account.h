@@ -13,14 +13,14 @@
 
 namespace sim::cli {
 
-// E + W - E(0) while hands act and time goes back and forth. The past is kept as samples, fewer of
-// the older ones.
+// E + W - E(0) while users act and time goes back and forth. The past is stored as samples, fewer
+// of the older ones.
 class EnergyAccount {
  public:
   // All of them outlive it.
   EnergyAccount(Player& player, std::size_t system, const SystemSpec& spec, Registry& registry);
 
-  // Steps until it wants to see the state, at least 1.
+  // Steps until the next sample of the state, at least 1.
   std::int64_t due() const;
   void look();       // before hands do something
   void stepped();    // after steps, hands and all that is done between them
@@ -53,7 +53,7 @@ class EnergyAccount {
   std::vector<EnergySample> samples_;  // by step
 };
 
-// "dt is 61 % of the largest stable step", and the share; not a number where it is not known.
+// "dt is 61 % of the largest stable step", and the share; not a number if it is not known.
 double stable_share(Simulation& system);
 
 }  // namespace sim::cli

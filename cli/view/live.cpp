@@ -36,8 +36,8 @@ double reach(const Moment& moment) {
   return most;
 }
 
-// The moments of a run of the scene from its start, as far as a little time goes, and as long as it
-// does not fly apart.
+// The moments of a run of the scene from its start, as far as a short time allows, and until it
+// flies apart.
 std::vector<Moment> preview_of(const LoadedScene& scene, const SceneRequest& request,
                                Registry& registry) {
   std::vector<Simulation> systems;
@@ -120,7 +120,8 @@ void Live::run(double seconds) {
   bool slow = false;
   while (debt_ > 0 && player_.failed() < 0) {
     const double h = player_.system().h(), before = player_.system().t();
-    // No more than there is time for, and half of that: they may take longer than the last ones.
+    // No more steps than there is time for, and half of that: they may take longer than the last
+    // ones.
     const double left = seconds - seconds_since(begin);
     const double fit = step_cost_ > 0 ? std::min(64.0, left / step_cost_ / 2) : 64.0;
     const auto most = static_cast<std::int64_t>(std::clamp(debt_ / h, 1.0, std::max(1.0, fit)));
@@ -156,7 +157,7 @@ void Live::run(double seconds) {
   }
 }
 
-// Numbers that are still finite may be of no use: back to where they were.
+// Finite numbers may still be useless: returns to the last good state.
 void Live::stop_explosion() {
   for (std::size_t i = 0; i < accounts_.size() && failure_.empty(); ++i) {
     accounts_[i].sample();
@@ -183,7 +184,7 @@ void Live::go_to(std::int64_t step) {
   settle();
 }
 
-// Steps on to where a command wants to be, until it is there or has to stop for now.
+// Steps on to the target of a command, until it is reached or has to stop for now.
 void Live::travel(const std::function<bool()>& go_on) {
   if (!travel_) return;
   fresh_ = true;
@@ -229,7 +230,7 @@ void Live::measure_limits() {
                 std::chrono::duration<double>(std::max(kLeast, kTimes * seconds_since(begin))));
 }
 
-// In the words of a run.
+// The same words as for a run.
 void Live::fail_as_player() {
   const auto i = static_cast<std::size_t>(std::max(0, player_.failed()));
   Simulation& system = player_.system(i);
