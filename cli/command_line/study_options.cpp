@@ -106,6 +106,7 @@ void StudyOptions::add_to(CLI::App& app) {
   integrators(stability_);
   stability_->add_option("--at", at_, "look at the state of the run at that time, in s")
       ->type_name("S");
+  stability_->add_option("--svg", svg_, "plot of the largest stable steps")->type_name("FILE");
   stability_
       ->add_flag("--extremes", extremes_,
                  "no scene, but a spring at all extremes of\nstiffness, mass, dt and offset")
@@ -191,6 +192,10 @@ StabilityRequest StudyOptions::stability(const StudyBase& base) const {
                 "--extremes has a scene of its own", "keep one of them");
   if (!at_.empty()) request.at = non_negative_time("--at", at_);
   request.integrators = parse_integrators("--integrators", integrators_);
+  if (!svg_.empty()) request.svg = svg_;
+  if (extremes_ && request.svg)
+    usage_error("no plot", "--svg with --extremes", "it is one of a scene",
+                "leave out one of them");
   request.json = base.json;
   request.progress = base.progress;
   return request;

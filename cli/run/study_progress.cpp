@@ -77,6 +77,14 @@ std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given,
   return choices;
 }
 
+void plan_plot(const std::optional<std::string>& svg, const SceneSpec& scene, FilePlan& plan) {
+  if (!svg) return;
+  if (scene.systems.size() > 1)
+    throw Error(ErrorKind::kUsage, {"one plot for several systems", "--svg " + *svg,
+                                    "the scene is a world", "name the file of one of its scenes"});
+  plan.writes("--svg", *svg);
+}
+
 void put_studies(const std::vector<std::string>& texts, bool json, bool world, Console& console) {
   if (!json) {
     put(console.out, join(texts, "\n"));

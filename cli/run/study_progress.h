@@ -13,6 +13,7 @@
 #include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
 #include "core/base/duration_text.h"
+#include "core/output/file_plan.h"
 #include "core/report/study_words.h"
 #include "core/study/problem.h"
 
@@ -57,6 +58,10 @@ class StudyProgress {
 
 // The integrators to study as the command line gives them. Throws Error{kUsage}.
 std::vector<MethodChoice> study_choices(const std::vector<MethodChoice>& given, Registry& registry);
+
+// The file of --svg among the files of a study. Throws Error{kUsage} for a world: one plot would be
+// of several systems.
+void plan_plot(const std::optional<std::string>& svg, const SceneSpec& scene, FilePlan& plan);
 
 // One text a system on standard output: tables one below the other; JSON as it is, or in a world as
 // {"systems":[...]}.

@@ -1,7 +1,9 @@
 #include "cli/verbs/stability.h"
 
 #include "cli/run/study_progress.h"
+#include "cli/verbs/stability_chart.h"
 #include "cli/verbs/study.h"
+#include "core/output/output.h"
 #include "core/report/stability_report.h"
 
 namespace sim::cli {
@@ -16,6 +18,12 @@ int stability(const StabilityRequest& request, const Environment& environment, R
     return cli::study(study, environment, registry, console);
   }
   const LoadedScene scene = load(request.scene, environment, registry);
+  FilePlan plan;
+  plan_inputs(scene.spec, registry, plan);
+  plan_plot(request.svg, scene.spec, plan);
+  plan.check();
+  std::optional<Output> picture;
+  if (request.svg) picture.emplace(Target{*request.svg, TableFormat::kSvg}, console.out);
   StudyProgress progress(request.progress, console);
   std::vector<std::string> texts;
   for (const SystemSpec& spec : scene.spec.systems) {
@@ -27,8 +35,10 @@ int stability(const StabilityRequest& request, const Environment& environment, R
         .announce = [&](double seconds) { progress.announce(seconds); }};
     const study::Stability result = study::stability(problem, options, progress.watch());
     texts.push_back(request.json ? report::stability_json(result) : report::stability_text(result));
+    if (picture) picture->buffer() += chart_of(result);
   }
   progress.clear();
+  if (picture) picture->commit();
   put_studies(texts, request.json, scene.spec.world, console);
   return progress.exit_code();
 }

@@ -1,6 +1,7 @@
 // `sim stability SCENE`: the vibrations of a scene, and the stable step of each integrator.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct StabilityRequest {
   double at = 0;                          // s: the state that the run has reached then
   std::vector<MethodChoice> integrators;  // empty = all that fit
   bool extremes = false;                  // instead of the scene
+  std::optional<std::string> svg;         // a file for the plot, of one system
   bool json = false;
   ShowProgress progress = ShowProgress::kAuto;
 };

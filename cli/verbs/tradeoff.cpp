@@ -80,13 +80,10 @@ class PointTable {
 int tradeoff(const TradeoffRequest& request, const Environment& environment, Registry& registry,
              Console& console) {
   const LoadedScene scene = load(request.scene, environment, registry);
-  if (request.svg && scene.spec.systems.size() > 1)
-    throw Error(ErrorKind::kUsage, {"one plot for several systems", "--svg " + *request.svg,
-                                    "the scene is a world", "name the file of one of its scenes"});
   FilePlan plan;
   plan_inputs(scene.spec, registry, plan);
   if (request.csv) plan.writes("--csv", request.csv->file);
-  if (request.svg) plan.writes("--svg", *request.svg);
+  plan_plot(request.svg, scene.spec, plan);
   plan.check();
   std::optional<PointTable> table;
   if (request.csv) table.emplace(*request.csv, console);

@@ -89,23 +89,21 @@ EMSCRIPTEN_KEEPALIVE const char* sim_recording(Page* page) {
   return page->answer(page->session.recording());
 }
 
-// The words of `sim stability` or `sim tradeoff` about a scene; the latter writes its plot to
-// `svg`.
+// The words of `sim stability` or `sim tradeoff` about a scene; its plot goes to the file `svg`.
 EMSCRIPTEN_KEEPALIVE const char* sim_study(Page* page, const char* name, const char* file,
-                                           const char* header, int json, const char* svg) {
+                                           const char* header, const char* svg) {
   std::ostringstream out;
   Console console{out, out};
+  const auto study = [&](auto request, auto verb) {
+    request.scene = request_of(file, header);
+    request.svg = svg;
+    verb(request, page->environment, page->registry, console);
+  };
   try {
-    if (std::string_view(name) == "stability") {
-      StabilityRequest request{.scene = request_of(file, header)};
-      request.json = json != 0;
-      stability(request, page->environment, page->registry, console);
-    } else {
-      TradeoffRequest request{.scene = request_of(file, header)};
-      request.json = json != 0;
-      if (*svg) request.svg = svg;
-      tradeoff(request, page->environment, page->registry, console);
-    }
+    if (std::string_view(name) == "stability")
+      study(StabilityRequest{}, stability);
+    else
+      study(TradeoffRequest{}, tradeoff);
   } catch (...) {
     report_exception(out);
   }

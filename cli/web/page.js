@@ -182,43 +182,21 @@ text.onkeydown = (event) => {
 
 // --- Studies ---------------------------------------------------------------------------------
 
-const escaped = (s) => String(s).replace(/[&<>"']/g, (c) => `&#${c.charCodeAt(0)};`);
-
-// The largest stable step of each method as a bar, on a logarithmic axis, beside the step of now.
-function stability_plot(study) {
-  const rows = study.integrators.filter((each) => each.predicted_dt > 0);
-  if (!rows.length) return "";
-  const all = rows.map((each) => each.predicted_dt).concat(study.dt),
-    low = Math.floor(Math.log10(Math.min(...all))), high = Math.ceil(Math.log10(Math.max(...all))),
-    W = 560, L = 130, R = 540, row = 18, H = rows.length * row + 46,
-    x = (v) => L + ((R - L) * (Math.log10(v) - low)) / (high - low || 1);
-  let out = "";
-  for (let p = low; p <= high; ++p)
-    out += `<line x1="${x(10 ** p)}" x2="${x(10 ** p)}" y1="4" y2="${H - 40}" class="grid"/>` +
-      `<text x="${x(10 ** p)}" y="${H - 26}" text-anchor="middle">1e${p}</text>`;
-  rows.forEach((each, i) => {
-    const y = 6 + i * row;
-    out += `<text x="${L - 8}" y="${y + 11}" text-anchor="end">${escaped(each.name)}</text>` +
-      `<rect x="${L}" y="${y}" height="${row - 6}" ` +
-      `width="${Math.max(1, x(each.predicted_dt) - L)}" ` +
-      `class="${each.predicted_dt < study.dt ? "bad" : "good"}"/>`;
-  });
-  out += `<line x1="${x(study.dt)}" x2="${x(study.dt)}" y1="0" y2="${H - 40}" class="now"/>` +
-    `<text x="${(L + R) / 2}" y="${H - 8}" text-anchor="middle">largest stable step [s]; ` +
-    `the line is the step of now, ${study.dt} s</text>`;
-  return `<svg viewBox="0 0 ${W} ${H}" role="img">${out}</svg>`;
-}
-
-async function study(name, title, plot) {
+async function study(name, title) {
   show("study");
   $("study").querySelector("h2").textContent = title;
   $("plot").replaceChildren();
   $("said").textContent = "computing";
   $(name).disabled = true;
   try {
-    const result = await run({ study: name });
-    $("said").textContent = result.text;
-    await plot(result);
+    const { text, svg } = await run({ study: name });
+    $("said").textContent = text;
+    if (svg) {
+      const image = new Image();
+      image.src = `data:image/svg+xml,${encodeURIComponent(svg)}`;
+      image.alt = title;
+      $("plot").append(image);
+    }
     document.body.dataset.studied = name;
   } catch (error) {
     $("said").textContent = error.message;
@@ -226,17 +204,8 @@ async function study(name, title, plot) {
   $(name).disabled = false;
 }
 
-$("stability").onclick = () => study("stability", "Largest stable steps", async () => {
-  const parsed = JSON.parse((await run({ study: "stability", json: true })).text);
-  $("plot").innerHTML = (parsed.systems || [parsed]).map(stability_plot).join("");
-});
-$("tradeoff").onclick = () => study("tradeoff", "Error against cost", ({ svg }) => {
-  if (!svg) return;
-  const image = new Image();
-  image.src = `data:image/svg+xml,${encodeURIComponent(svg)}`;
-  image.alt = "error against cost";
-  $("plot").append(image);
-});
+$("stability").onclick = () => study("stability", "Largest stable steps");
+$("tradeoff").onclick = () => study("tradeoff", "Error against cost");
 
 // --- Panels ----------------------------------------------------------------------------------
 

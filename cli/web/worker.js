@@ -78,15 +78,15 @@ function tick() {
   setTimeout(tick, Math.max(0, next - performance.now()));
 }
 
-// One study, or the names of the language, in a module of their own.
-async function run({ study, json, scene, header, files }) {
+// One study with its plot, or the names of the language, in a module of their own.
+async function run({ study, scene, header, files }) {
   sim = await make(files, () => {});
   page = sim.ccall("sim_page", "number");
-  const svg = study === "tradeoff" && !json ? "/run/tradeoff.svg" : "";
-  const text = study ? call("study", "string", ["string", "string", "string", "number", "string"],
-    [study, scene, header, json ? 1 : 0, svg]) : call("names", "string");
-  const drawn = svg && sim.FS.analyzePath(svg).exists;
-  postMessage({ ran: { text, svg: drawn ? sim.FS.readFile(svg, { encoding: "utf8" }) : "" } });
+  const file = "/run/study.svg";
+  const text = study ? call("study", "string", ["string", "string", "string", "string"],
+    [study, scene, header, file]) : call("names", "string");
+  const svg = sim.FS.analyzePath(file).exists ? sim.FS.readFile(file, { encoding: "utf8" }) : "";
+  postMessage({ ran: { text, svg } });
 }
 
 async function start(message) {

@@ -10,50 +10,26 @@ namespace sim {
 namespace {
 
 namespace parts = svg_parts;
+using parts::decade, parts::DecadeScale;
 
 constexpr double kWidth = 900, kHeight = 600;
 constexpr double kLeft = 74, kRight = 132, kTop = 66, kBottom = 58;
 constexpr double kEnd = kWidth - kRight, kFloor = kHeight - kBottom;
 
-// A decade scale a little wider than the values, and where a value stands on it.
-struct DecadeScale {
-  double low = 0, high = 1, from = 0, to = 1;  // exponents of ten, px
-
-  DecadeScale(const std::vector<double>& values, double begin, double end) : from(begin), to(end) {
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
-    low = std::log10(*least), high = std::log10(*most);
-    const double room = std::max(0.15, 0.03 * (high - low));
-    low -= room, high += room;
-  }
-  double at(double value) const {
-    return from + (to - from) * (std::log10(value) - low) / (high - low);
-  }
-};
-
 bool drawable(double value) { return value > 0 && std::isfinite(value); }
-
-// Ten with a raised exponent.
-std::string decade(double x, double y, double exponent, const std::string& anchor) {
-  return "<text x=\"" + parts::number(x) + "\" y=\"" + parts::number(y) + "\" text-anchor=\"" +
-         anchor + "\">10<tspan dy=\"-5\" font-size=\"9.5\">" + brief(exponent) +
-         "</tspan></text>\n";
-}
 
 std::string decade_axes(const Chart& chart, const DecadeScale& x, const DecadeScale& y) {
   const std::string grid = "stroke=\"#e5e7eb\"", tick = "stroke=\"#9ca3af\"";
   std::string out;
-  const auto every = [](const DecadeScale& scale) {
-    return std::max(1.0, std::ceil((scale.high - scale.low) / 9));
-  };
-  for (double d = std::ceil(x.low); d <= x.high; d += every(x)) {
+  for (double d = std::ceil(x.low); d <= x.high; d += x.every()) {
     const double at = x.at(std::pow(10, d));
     out += parts::line(at, kTop, at, kFloor, grid) + decade(at, kFloor + 20, d, "middle");
   }
-  for (double d = std::floor(x.low); d <= x.high && every(x) == 1; ++d)
+  for (double d = std::floor(x.low); d <= x.high && x.every() == 1; ++d)
     for (int k = 2; k < 10; ++k)
       if (const double at = x.at(k * std::pow(10, d)); at > kLeft && at < kEnd)
         out += parts::line(at, kFloor, at, kFloor + 4, tick);
-  for (double d = std::ceil(y.low); d <= y.high; d += every(y)) {
+  for (double d = std::ceil(y.low); d <= y.high; d += y.every()) {
     const double at = y.at(std::pow(10, d));
     out += parts::line(kLeft, at, kEnd, at, grid) + decade(kLeft - 8, at + 5, d, "end");
   }

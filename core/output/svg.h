@@ -1,4 +1,4 @@
-// Charts as SVG: error against cost with decades on both axes, and quantities over time. The
+// Charts as SVG: error against cost with decades on both axes, quantities over time, and bars. The
 // important curves are coloured, the others grey; labels are at the ends of curves.
 #pragma once
 
@@ -50,5 +50,21 @@ struct TimeChart {
 };
 
 std::string svg(const TimeChart& chart);
+
+// A row of a bar chart: 0 is a row without a bar, infinity one to the end of the chart.
+struct ChartBar {
+  std::string name, words;  // before the bar and behind it
+  double value = 0;
+};
+
+// Values >= 0 on an axis of decades, and one value across all of them: bars that do not reach it
+// are red, the others green.
+struct BarChart {
+  std::string title, x_name;
+  std::vector<ChartBar> bars;
+  double mark = 0;  // > 0
+};
+
+std::string svg(const BarChart& chart);
 
 }  // namespace sim

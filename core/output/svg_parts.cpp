@@ -39,6 +39,25 @@ std::string disc(double x, double y, double r, const std::string& style) {
          style + "/>\n";
 }
 
+DecadeScale::DecadeScale(const std::vector<double>& values, double begin, double end)
+    : from(begin), to(end) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  low = std::log10(*least), high = std::log10(*most);
+  const double room = std::max(0.15, 0.03 * (high - low));
+  low -= room, high += room;
+}
+
+double DecadeScale::at(double value) const {
+  return from + (to - from) * (std::log10(value) - low) / (high - low);
+}
+
+double DecadeScale::every() const { return std::max(1.0, std::ceil((high - low) / 9)); }
+
+std::string decade(double x, double y, double exponent, const std::string& anchor) {
+  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor +
+         "\">10<tspan dy=\"-5\" font-size=\"9.5\">" + brief(exponent) + "</tspan></text>\n";
+}
+
 double width_of(const std::string& words) { return 7.9 * static_cast<double>(words.size()); }
 
 void Places::take(double x, double y, double half_width, double half_height) {

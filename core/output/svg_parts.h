@@ -15,6 +15,17 @@ std::string text(double x, double y, const std::string& words, const std::string
 std::string line(double x1, double y1, double x2, double y2, const std::string& style);
 std::string disc(double x, double y, double r, const std::string& style);
 
+// A scale of decades a little wider than the values, which are > 0, and where a value stands on it.
+struct DecadeScale {
+  double low = 0, high = 1, from = 0, to = 1;  // exponents of ten, px
+
+  DecadeScale(const std::vector<double>& values, double begin, double end);
+  double at(double value) const;
+  double every() const;  // decades between two labels
+};
+// Ten with a raised exponent.
+std::string decade(double x, double y, double exponent, const std::string& anchor);
+
 // Keeps labels off each other and off occupied areas.
 class Places {
  public:

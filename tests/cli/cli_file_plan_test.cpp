@@ -167,6 +167,7 @@ TEST_CASE("no other command replaces what it reads") {
   check_refused(desk, {"rest", "mine.lua", "--dump=hard.csv"});
   check_refused(desk, {"tradeoff", "mine.lua", "--csv", "hard.csv"});
   check_refused(desk, {"tradeoff", "mine.lua", "--csv", "a.csv", "--svg", "a.csv"});
+  check_refused(desk, {"stability", "mine.lua", "--svg", "mine.lua"});
   check_refused(desk, {"compare", "mine.lua", "-i", "rk4", "-i", "euler", "--out", "hard.csv"});
   check_refused(desk, {"view", "mine.lua", "--record", "mine.lua"});
   check_refused(desk, {"view", "mine.lua", "--record", "part.lua"});

@@ -403,6 +403,8 @@ TEST_CASE("wrong words for a study are usage errors") {
       {"tradeoff", "--csv", "p.txt"},
       {"tradeoff", "--csv", "-", "--json"},
       {"tradeoff", "scenes/sample.lua", "--svg", "p.svg"},
+      {"stability", "scenes/sample.lua", "--svg", "p.svg"},
+      {"stability", "--extremes", "--svg", "p.svg"},
       {"tradeoff", "--dt", "0.1"}};
   for (const auto& words : wrong) {
     const Outcome outcome = run_sim(words);

@@ -126,3 +126,34 @@ TEST_CASE("an axis of time has between three and seven spaces of round size", "[
   CHECK(ticks(20) == std::vector<double>{0, 5, 10, 15, 20});
   CHECK(ticks(39) == std::vector<double>{0, 10, 20, 30});
 }
+
+// The horizontal axis is of decades: a bar is longer than another by the same length for each
+// factor of ten. Values that are not below the mark are green.
+TEST_CASE("bars end where their values are") {
+  sim::BarChart chart{.title = "steps", .x_name = "[s]", .mark = 0.01};
+  for (const double value : {1e-4, 0.0099, 0.01, 1.0, 0.0, HUGE_VAL})
+    chart.bars.push_back({"method", "words", value});
+  const std::string svg = sim::svg(chart);
+  const auto bars = numbers_of(svg,
+                               "<rect x=\"([^\"]*)\" y=\"([^\"]*)\" width=\"([^\"]*)\" "
+                               "height=\"([^\"]*)\" fill=\"#b91c1c\"");
+  const auto good = numbers_of(svg,
+                               "<rect x=\"([^\"]*)\" y=\"([^\"]*)\" width=\"([^\"]*)\" "
+                               "height=\"([^\"]*)\" fill=\"#15803d\"");
+  REQUIRE(bars.size() == 2);
+  REQUIRE(good.size() == 3);  // 0 has none
+  const double decade = (good[1][2] - bars[0][2]) / 4;
+  CHECK(decade > 50);
+  CHECK(good[0][2] - bars[0][2] == Approx(2 * decade).margin(0.02));
+  CHECK(bars[1][2] - bars[0][2] == Approx(decade * (2 + std::log10(0.99))).margin(0.02));
+  CHECK(good[2][2] > good[1][2]);  // infinity
+  const auto marks = numbers_of(svg, "<line x1=\"([^\"]*)\"[^>]*stroke=\"#111827\"");
+  REQUIRE(marks.size() == 1);
+  CHECK(marks[0][0] == Approx(good[0][0] + good[0][2]).margin(0.02));
+  for (std::size_t i = 1; i < 3; ++i) CHECK(good[i][1] > good[i - 1][1]);
+  for (const auto& [value, bar] : {std::pair(0.5, 1), std::pair(1e-300, 0), std::pair(1e300, 1)}) {
+    const std::string one = sim::svg(sim::BarChart{.bars = {{"m", "", value}}, .mark = 0.5});
+    CHECK(one.find("nan") == std::string::npos);
+    CHECK((one.find("#15803d") != std::string::npos) == (bar == 1));
+  }
+}
