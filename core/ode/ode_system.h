@@ -13,6 +13,7 @@
 #include "core/ode/embedded_stepper.h"
 #include "core/ode/events.h"
 #include "core/ode/implicit/implicit_explicit.h"
+#include "core/ode/implicit/linearised_solver.h"
 #include "core/ode/jacobian.h"
 #include "core/ode/plan.h"
 #include "core/ode/stage_solver.h"
@@ -72,6 +73,10 @@ class OdeSystem {
   // Implicit methods leave their equations to the system. By default Newton's method with a dense
   // Jacobian; throws Error when X has too many numbers for that.
   virtual std::unique_ptr<StageSolver> stage_solver(const StageOptions& options);
+
+  // Linear equations with df/dX for linearly implicit methods; null where its entries are not
+  // known.
+  virtual std::unique_ptr<LinearisedSolver> linearised_solver() { return nullptr; }
 
   // The stepper of methods that are implicit in stiff forces alone; null without that structure.
   virtual std::unique_ptr<ImplicitExplicitStepper> implicit_explicit_stepper(

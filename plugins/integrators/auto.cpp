@@ -26,6 +26,10 @@ constexpr double kStiffest = 200, kNotStiff = 50;
 // one: their Jacobian has few entries.
 constexpr std::size_t kFewNumbers = 2000;
 constexpr double kFlatStiffest = 10;
+// Lists of so few numbers are worth a factorisation a step, down to this tolerance: below it the
+// higher orders of bdf win.
+constexpr std::size_t kSmall = 16;
+constexpr double kLinear = 1e-6;
 constexpr int kShortSteps = 10;  // one after the other, until it is given up
 // An implicit method of order 4 takes too many steps below this tolerance.
 constexpr double kImplicit = 1e-10;
@@ -79,7 +83,7 @@ class Automatic final : public sim::Integrator {
       const bool hard = now.status != sim::StepStatus::kStopped && choice_ == kAdaptive;
       if (!hard || tol_ < kImplicit || system.has_inequalities()) return now;
       // Explicit steps that fail within h may have met stiffness that was not there at its start.
-      take(flat_ ? kMultistep : kStiff);
+      take(flat_ ? of_lists() : kStiff);
       method_->restart(t, h, x);
       reason_ = "auto: " + name_ + ", steps of its own: explicit ones failed";
       return advance(system, t, h, most, x, x_next);
@@ -106,11 +110,12 @@ class Automatic final : public sim::Integrator {
   void recall(std::span<const double> memory) override {
     constexpr std::size_t kOwn = 6;
     if (memory.size() < kOwn) return;
-    const double last = static_cast<int>(kMultistep);
+    const double last = static_cast<int>(kRosenbrock);
     const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
     const bool known = choice != kNone && choice == memory[0] &&
                        (splits_ || (choice != kVerlet && choice != kPefrl)) &&
-                       (flat_ || choice != kMultistep);
+                       (flat_ || choice != kMultistep) &&
+                       (choice != kRosenbrock || of_lists() == kRosenbrock);
     const bool lengths = memory[1] > 0;
     const auto counts = memory.subspan(2, 4);
     if (!known || !lengths || std::ranges::any_of(counts, [](double n) { return !(n >= 0); }))
@@ -134,7 +139,17 @@ class Automatic final : public sim::Integrator {
   }
 
  private:
-  enum Choice { kNone, kVerlet, kPefrl, kAdaptive, kAccurate, kStiff, kClassic, kMultistep };
+  enum Choice {
+    kNone,
+    kVerlet,
+    kPefrl,
+    kAdaptive,
+    kAccurate,
+    kStiff,
+    kClassic,
+    kMultistep,
+    kRosenbrock
+  };
 
   std::int64_t steps_in(double h) const {
     constexpr double kMost = 1e15;
@@ -146,14 +161,20 @@ class Automatic final : public sim::Integrator {
     return static_cast<double>(steps_in(h) * std::max(1, method_->info().evaluations));
   }
 
+  // For stiff lists of numbers.
+  Choice of_lists() const {
+    return system_->size() <= kSmall && tol_ >= kLinear ? kRosenbrock : kMultistep;
+  }
+
   void take(Choice choice) {
     if (choice == choice_) return;
     past_ = effort();
-    constexpr const char* kNames[] = {"",       "verlet",   "pefrl", "dopri5",
-                                      "dop853", "esdirk43", "rk4",   "bdf"};
+    constexpr const char* kNames[] = {"",         "verlet", "pefrl", "dopri5", "dop853",
+                                      "esdirk43", "rk4",    "bdf",   "rodas4"};
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
-    if (choice == kStiff || choice == kMultistep) given["tol"] = std::min(tol_, kLoosest);
+    if (choice == kStiff || choice == kMultistep || choice == kRosenbrock)
+      given["tol"] = std::min(tol_, kLoosest);
     if (atol_ && given.contains("tol")) given["atol"] = *atol_;
     method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
@@ -266,7 +287,7 @@ class Automatic final : public sim::Integrator {
     } else if (h * fastest.rate > (few ? kFlatStiffest : kStiffest) && tol_ >= kImplicit &&
                hold_ <= 0) {
       // Formulas of order 3 and more are unstable along a part of the imaginary axis.
-      take(decays ? kMultistep : kStiff);
+      take(decays ? of_lists() : kStiff);
       what += ": explicit steps would be of " + number(1 / fastest.rate) +
               " s or less; its own steps to accuracy " + number(tol_);
     } else if (tol_ < kFine || !splits_ || h * fastest.rate < kSlack || hold_ > 0) {
@@ -329,7 +350,8 @@ SIM_PLUGIN(Integrator, "auto") {
       "stiff (h omega > 200):    esdirk43 to tol, or 1e-5 where tol is more,\n"
       "                          until its steps come below 50 / omega\n"
       "lists of numbers whose fastest mode decays, stiff,\n"
-      "or few and h omega > 10:  bdf to tol, or 1e-5 where tol is more\n"
+      "or few and h omega > 10:  bdf to tol, or 1e-5 where tol is more;\n"
+      "  16 or fewer, tol >= 1e-6: rodas4 likewise\n"
       "particles, forces of positions and drag:\n"
       "  tol >= 1e-3:            verlet\n"
       "  tol >= 1e-7:            pefrl; verlet where h gamma > 1\n"

@@ -24,7 +24,7 @@ constexpr double kLongest = 0.3;   // s, of a run; a method that takes longer is
 constexpr double kLong = 0.03;     // s, of a run that one turn measures well enough
 constexpr double kFill = 2e-3;     // s, of runs of one turn
 constexpr double kFinest = 1e-13;  // tolerance
-const std::vector<std::string> kMethods = {"dopri5", "dop853", "bdf", "esdirk43", "auto"};
+const std::vector<std::string> kMethods = {"dopri5", "dop853", "bdf", "esdirk43", "rodas4", "auto"};
 
 // `number`: what the peers call that setting; tolerances are rtol (floor + |x|).
 struct Problem {

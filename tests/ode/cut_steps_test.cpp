@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/ode/explicit/explicit_rk.h"
-#include "plugins/integrators/esdirk/adaptive_implicit.h"
+#include "plugins/integrators/stiff/adaptive_implicit.h"
 #include "tests/ode/driven_system.h"
 
 using namespace sim;

@@ -67,7 +67,7 @@ TEST_CASE("auto chooses by stiffness, damping, accuracy and order") {
   CHECK_THAT(choice(make_falling(1, 0), registry, 0.1), Contains("nothing vibrates"));
 }
 
-TEST_CASE("auto takes bdf for fields that decay, as soon as it pays") {
+TEST_CASE("auto takes bdf or rodas4 for fields that decay, as soon as it pays") {
   sim::Registry registry = make_registry();
   // x' = -rate x in each of n numbers, or a rotation with that rate.
   const auto chosen = [&](const std::string& formulas, int cells, double h) {
@@ -82,7 +82,9 @@ TEST_CASE("auto takes bdf for fields that decay, as soon as it pays") {
   };
   const std::string decays = "'-10*u', '-v'", turns = "'-10*v', '10*u'";
   CHECK_THAT(chosen(decays, 1, 0.9), Contains("auto: dopri5"));
-  CHECK_THAT(chosen(decays, 1, 1.1), Contains("auto: bdf, steps of 1.1 s: decay up to 10 1/s"));
+  CHECK_THAT(chosen(decays, 1, 1.1), Contains("auto: rodas4, steps of 1.1 s: decay up to 10 1/s"));
+  CHECK_THAT(chosen(decays, 8, 1.1), Contains("auto: rodas4"));
+  CHECK_THAT(chosen(decays, 9, 1.1), Contains("auto: bdf"));
   // Many numbers: only where explicit steps are shorter by far.
   CHECK_THAT(chosen(decays, 1000, 1.1), Contains("auto: bdf"));
   CHECK_THAT(chosen(decays, 1001, 1.1), Contains("auto: dopri5"));

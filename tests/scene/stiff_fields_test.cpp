@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "plugins/integrators/esdirk/adaptive_implicit.h"
+#include "plugins/integrators/stiff/adaptive_implicit.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 

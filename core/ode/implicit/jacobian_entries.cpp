@@ -9,6 +9,7 @@
 #include "core/base/finite.h"
 #include "core/base/noise.h"
 #include "core/base/slot.h"
+#include "core/ode/jacobian_effort.h"
 #include "core/ode/ode_system.h"
 
 namespace sim {
@@ -165,6 +166,38 @@ class Differences final : public JacobianEntries {
   std::int64_t evaluations_ = 0;
 };
 
+class AllEntries final : public JacobianEntries {
+ public:
+  explicit AllEntries(OdeSystem& system)
+      : jacobian_(difference_jacobian(system)), unit_(system.size()), column_(system.size()) {
+    std::vector<std::pair<int, int>> entries;
+    const int size = static_cast<int>(system.size());
+    for (int column = 0; column < size; ++column)
+      for (int row = 0; row < size; ++row) entries.emplace_back(column, row);
+    sparsity_ = Sparsity(size, std::move(entries));
+    std::ranges::fill(unit_.span(), 0.0);
+  }
+
+  const Sparsity& sparsity() const override { return sparsity_; }
+
+  void at(double t, const double* x, std::span<double> values) override {
+    jacobian_->at(t, x);
+    for (std::size_t i = 0; i < unit_.size(); ++i) {
+      unit_[i] = 1;
+      jacobian_->apply(unit_.data(), column_.data());
+      unit_[i] = 0;
+      std::ranges::copy(column_.span(), values.subspan(i * unit_.size()).begin());
+    }
+  }
+
+  std::int64_t evaluations() const override { return evaluations_of(*jacobian_); }
+
+ private:
+  std::unique_ptr<Jacobian> jacobian_;
+  Array unit_, column_;
+  Sparsity sparsity_;
+};
+
 }  // namespace
 
 int color_columns(const Sparsity& sparsity, std::span<int> colors) {
@@ -186,6 +219,10 @@ int color_columns(const Sparsity& sparsity, std::span<int> colors) {
       columns[slot(sparsity.row(k))].push_back(column);
   }
   return count;
+}
+
+std::unique_ptr<JacobianEntries> all_entries(OdeSystem& system) {
+  return std::make_unique<AllEntries>(system);
 }
 
 std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x) {

@@ -33,6 +33,9 @@ class JacobianEntries {
 // (Curtis, Powell & Reid (1974), J. Inst. Maths Applics 13, 117-119).
 std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x);
 
+// All entries of a small system, by central differences: two evaluations a column.
+std::unique_ptr<JacobianEntries> all_entries(OdeSystem& system);
+
 // Colours the columns so that two of one colour share no row; returns the number of colours.
 int color_columns(const Sparsity& sparsity, std::span<int> colors);
 

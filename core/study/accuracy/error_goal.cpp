@@ -16,8 +16,8 @@ namespace {
 // One method of each kind and order on the front of work-precision studies: others are at best as
 // good as one of these.
 constexpr const char* kWorthTrying[] = {
-    "verlet", "pefrl",  "rk4",      "tsit5", "dop853", "implicit_midpoint",
-    "imex",   "trbdf2", "esdirk43", "bdf"};
+    "verlet", "pefrl",  "rk4",      "tsit5",  "dop853", "implicit_midpoint",
+    "imex",   "trbdf2", "esdirk43", "rodas4", "bdf"};
 
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried

@@ -8,12 +8,8 @@
 namespace sim {
 
 void AdaptiveImplicit::prepare(OdeSystem& system) {
-  solver_ = system.stage_solver(options_);
-  change_.clear();
-  for (int i = 0; i < plan_.stages; ++i) change_.emplace_back(system.size());
-  for (Array* array : {&x_, &y_, &slope_, &last_slope_, &r_, &error_})
-    *array = Array(system.size());
-  terms_.resize(change_.size());
+  stages_->prepare(system);
+  for (Array* array : {&x_, &y_, &slope_, &last_slope_, &error_}) *array = Array(system.size());
   events_ = system.events();
   cuts_ = 0;
   anew_ = false;
@@ -21,22 +17,10 @@ void AdaptiveImplicit::prepare(OdeSystem& system) {
   fresh_ = true;
 }
 
-// x + sum over the stages before `count` of weights_j h k_j.
-Stage AdaptiveImplicit::from(const double* x, double h, const double* weights, int count) {
-  const double gamma = plan_.a_at(1, 1);
-  std::size_t used = 0;
-  for (int j = 0; j < count; ++j)
-    if (weights[j] != 0)
-      terms_[used++] =
-          j == 0 ? Stage::Term{weights[j] * h, slope_.data()}
-                 : Stage::Term{weights[j] / gamma, change_[static_cast<std::size_t>(j)].data()};
-  return {x, {terms_.data(), used}};
-}
-
 // Begins with a step of size 0 that ends in x. The next one is such that Euler's method would
 // change the state by half of the tolerance.
 void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double* x) {
-  solver_->restart();
+  stages_->restart();
   t_ = t;
   h_ = 0;
   std::copy_n(x, x_.size(), x_.data());
@@ -52,24 +36,8 @@ void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double
 
 // y_ := the state after h_ from x_; the error, in units of the tolerance.
 double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
-  const int stages = plan_.stages;
-  const double t = t_, h = h_, tau = plan_.a_at(1, 1) * h;
-  for (int i = 1; i < stages; ++i) {
-    const auto stage = static_cast<std::size_t>(i);
-    double* const change = change_[stage].data();
-    system.combine(from(x_.data(), h, &plan_.a[stage * static_cast<std::size_t>(stages)], i),
-                   r_.data());
-    // The slope of the stage before is the guess.
-    const Stage::Term guess =
-        i == 1 ? Stage::Term{tau, slope_.data()} : Stage::Term{1, change_[stage - 1].data()};
-    system.combine({r_.data(), {&guess, 1}}, y_.data());
-    status = solver_->solve(t + plan_.c[stage] * h, tau, r_.data(), y_.data());
-    if (status != StepStatus::kDone) return std::nan("");
-    const Stage::Term minus{-1, r_.data()};
-    system.combine({y_.data(), {&minus, 1}}, change);
-  }
-  std::ranges::fill(r_.span(), 0.0);
-  system.combine(from(r_.data(), h, error_weights_.data(), stages), error_.data());
+  status = stages_->step(system, t_, h_, x_.data(), slope_.data(), y_.data(), error_.data());
+  if (status != StepStatus::kDone) return std::nan("");
   return scaled_norm(error_.data(), x_.data(), y_.data());
 }
 
@@ -137,8 +105,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
     if (last) controller_.state.h = std::max(controller_.state.h, std::min(wanted, 2 * asked));
     if (events_) status = end_at_event(system);
     if (status != StepStatus::kDone) break;
-    const double scale = 1 / (plan_.a_at(1, 1) * h_);
-    for (std::size_t i = 0; i < x_.size(); ++i) last_slope_[i] = scale * change_.back()[i];
+    stages_->last_slope(system, t_, h_, y_.data(), last_slope_.data());
     return StepStatus::kDone;
   }
   controller_.state = before;
@@ -202,8 +169,8 @@ std::vector<double> AdaptiveImplicit::memory() const {
   for (const Array* array : {&x_, &y_, &slope_, &last_slope_})
     kept.insert(kept.end(), array->span().begin(), array->span().end());
   if (events_) kept.insert(kept.end(), {static_cast<double>(cuts_), anew_ ? 1.0 : 0.0});
-  const std::vector<double> of_solver = solver_->memory();
-  kept.insert(kept.end(), of_solver.begin(), of_solver.end());
+  const std::vector<double> of_stages = stages_->memory();
+  kept.insert(kept.end(), of_stages.begin(), of_stages.end());
   return kept;
 }
 
@@ -225,9 +192,9 @@ void AdaptiveImplicit::recall(std::span<const double> memory) {
     cuts_ = static_cast<int>(std::clamp(memory[0], 0.0, 1.0 * Events::kMostCuts));
     anew_ = memory[1] != 0;
   }
-  solver_->recall(memory.subspan(of_events));
+  stages_->recall(memory.subspan(of_events));
 }
 
-Effort AdaptiveImplicit::effort() const { return (solver_ ? solver_->effort() : Effort{}) + own_; }
+Effort AdaptiveImplicit::effort() const { return stages_->effort() + own_; }
 
 }  // namespace sim

@@ -1,5 +1,5 @@
 // Implicit methods against plain loops, on systems whose stages have closed forms.
-#include "plugins/integrators/esdirk/adaptive_implicit.h"
+#include "plugins/integrators/stiff/adaptive_implicit.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

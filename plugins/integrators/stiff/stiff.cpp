@@ -1,7 +1,8 @@
-// ESDIRK 4(3): adaptive steps on stiff systems, to a tolerance.
+// Pairs of orders 4 and 3: adaptive steps on stiff systems, to a tolerance.
 #include "adaptive_implicit.h"
 #include "core/plugin/embedded_plugin.h"
 #include "core/plugin/plugin.h"
+#include "rosenbrock_stages.h"
 
 namespace {
 
@@ -22,6 +23,25 @@ constexpr sim::ImplicitPair<6> kPair{
 static_assert(sim::order_conditions(kPair.method) == 4);
 static_assert(sim::embedded_order(kPair) == 3);
 
+// RODAS: L-stable. Hairer & Wanner (1996), Solving ODEs II, section IV.10.
+constexpr sim::RosenbrockPair kRodas{
+    .gamma = 0.25,
+    .a = {{{},
+           {1.544},
+           {0.9466785280815826, 0.2557011698983284},
+           {3.314825187068521, 2.896124015972201, 0.9986419139977817},
+           {1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950},
+           {1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1}}},
+    .c = {{{},
+           {-5.6688},
+           {-2.430093356833875, -0.2063599157091915},
+           {-0.1073529058151375, -9.594562251023355, -20.47028614809616},
+           {7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160},
+           {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136,
+            -6.058818238834054}}},
+    .alpha = {0, 0.386, 0.21, 0.63, 1, 1},
+    .gammas = {0.25, -0.1043, 0.1035, -0.0362}};
+
 // Solutions of its equations are no better than rounding allows: below this tolerance neighbouring
 // steps cannot be distinguished.
 sim::ParamList params() {
@@ -32,9 +52,16 @@ sim::ParamList params() {
   return params;
 }
 
+// No stage is iterated, so that the step is all there is to choose.
+sim::ParamList rosenbrock_params() {
+  sim::ParamList own = params();
+  std::erase_if(own, [](const sim::Param& param) { return param.name == "fixed_step"; });
+  return own;
+}
+
 }  // namespace
 
-SIM_PLUGIN(Integrator, "esdirk43") {
+SIM_PLUGIN(Integrator, "esdirk43 rodas4") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "esdirk43",
        .summary = "ESDIRK 4(3): adaptive and stiff; steps to a tolerance, stable with any",
@@ -61,5 +88,18 @@ SIM_PLUGIN(Integrator, "esdirk43") {
                                 std::min(kLeastAbsolute, kMostOfTolerance * tolerance.atol));
         options.rtol = std::max(kOfStages * tolerance.rtol, kLeastRelative);
         return std::make_unique<sim::AdaptiveImplicit>(kPair, 4, tolerance, options);
+      }});
+  registrar.add(sim::IntegratorPlugin{
+      {.name = "rodas4",
+       .summary = "Rosenbrock 4(3): adaptive, for small stiff fields; linear equations alone",
+       .formula = "(1/(h gamma) - J) u_i = f(t + alpha_i h, x + sum_{j<i} a_ij u_j) + "
+                  "sum_{j<i} c_ij u_j / h + h gamma_i df/dt\n"
+                  "x_next = x + sum_j a_6j u_j + u_6,  J = df/dx,  gamma = 1/4,  6 stages\n"
+                  "R(z) -> 0 as z -> -infinity;  error = u_6",
+       .source = "Hairer & Wanner (1996), Solving ODEs II, section IV.10: RODAS",
+       .params = rosenbrock_params()},
+      [](const sim::Params& given) -> std::unique_ptr<sim::Integrator> {
+        return std::make_unique<sim::AdaptiveImplicit>(
+            std::make_unique<sim::RosenbrockStages>(kRodas), 4, sim::tolerance_of(given));
       }});
 }

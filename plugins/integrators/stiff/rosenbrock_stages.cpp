@@ -1,0 +1,109 @@
+#include "rosenbrock_stages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/base/finite.h"
+#include "core/ode/stability.h"
+
+namespace sim {
+
+void RosenbrockStages::prepare(OdeSystem& system) {
+  solver_ = system.linearised_solver();
+  if (!solver_)
+    throw Error(ErrorKind::kScene,
+                {"integrator does not fit", "",
+                 "a Rosenbrock method needs the entries of df/dX, which this system does not know",
+                 "use esdirk43 or trbdf2; for a field of many numbers write formulas, "
+                 "sim.field.formula"});
+  u_.clear();
+  for (int i = 0; i < RosenbrockPair::kStages; ++i) u_.emplace_back(system.size());
+  time_slope_ = Array(system.size());
+  slope_ = Array(system.size());
+  linearised_ = false;
+  tau_ = 0;
+  own_ = {};
+}
+
+// J, and df/dt by a forward difference.
+void RosenbrockStages::linearise(OdeSystem& system, double t, const double* x,
+                                 const double* slope) {
+  constexpr double kLeastTime = 1e-5;  // s
+  solver_->linearise(t, x);
+  const double later =
+      t + std::sqrt(std::numeric_limits<double>::epsilon() * std::max(kLeastTime, std::fabs(t)));
+  system.eval(later, {x, {}}, slope_.data(), time_slope_.data());
+  ++own_.evaluations;
+  for (std::size_t i = 0; i < time_slope_.size(); ++i)
+    time_slope_[i] = (time_slope_[i] - slope[i]) / (later - t);
+  linearised_ = true;
+  tau_ = 0;
+}
+
+// Multiplied by tau = gamma h the equation of a stage is
+//   (I - tau J) u_i = tau f_i + gamma sum_j c_ij u_j + tau h gamma_i df/dt
+StepStatus RosenbrockStages::step(OdeSystem& system, double t, double h, const double* x,
+                                  const double* slope, double* y, double* error) {
+  const double tau = pair_.gamma * h;
+  if (!linearised_) linearise(system, t, x, slope);
+  if (tau != tau_) {
+    tau_ = 0;
+    if (!solver_->factorise(tau)) return StepStatus::kNotConverged;
+    tau_ = tau;
+  }
+  std::array<Stage::Term, RosenbrockPair::kStages> terms;
+  for (std::size_t i = 0; i < RosenbrockPair::kStages; ++i) {
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < i; ++j)
+      if (pair_.a[i][j] != 0) terms[count++] = {pair_.a[i][j], u_[j].data()};
+    if (i > 0) {
+      system.eval(t + pair_.alpha[i] * h, {x, {terms.data(), count}}, y, slope_.data());
+      ++own_.evaluations;
+    }
+    const double* const f = i == 0 ? slope : slope_.data();
+    double* const u = u_[i].data();
+    const double of_time = tau * h * pair_.gammas[i];
+    for (std::size_t k = 0; k < slope_.size(); ++k) u[k] = tau * f[k] + of_time * time_slope_[k];
+    for (std::size_t j = 0; j < i; ++j) {
+      const double factor = pair_.gamma * pair_.c[i][j];
+      for (std::size_t k = 0; k < slope_.size(); ++k) u[k] += factor * u_[j][k];
+    }
+    solver_->solve(u);
+  }
+  const Array& last = u_.back();
+  for (std::size_t k = 0; k < last.size(); ++k) y[k] += last[k];
+  std::copy_n(last.data(), last.size(), error);
+  return all_finite({y, last.size()}) ? StepStatus::kDone : StepStatus::kNotFinite;
+}
+
+void RosenbrockStages::last_slope(OdeSystem& system, double t, double h, const double* y,
+                                  double* slope) {
+  system.eval(t + h, {y, {}}, slope_.data(), slope);
+  ++own_.evaluations;
+  linearised_ = false;
+}
+
+// The method on x' = z x with steps of size 1.
+std::complex<double> RosenbrockStages::stability_function(std::complex<double> z) const {
+  std::array<std::complex<double>, RosenbrockPair::kStages> u;
+  std::complex<double> y = 1;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    y = 1;
+    std::complex<double> sum = 0;
+    for (std::size_t j = 0; j < i; ++j) {
+      y += pair_.a[i][j] * u[j];
+      sum += pair_.c[i][j] * u[j];
+    }
+    u[i] = pair_.gamma * (z * y + sum) / (1.0 - pair_.gamma * z);
+  }
+  return y + u.back();
+}
+
+double RosenbrockStages::amplification(double h_omega, double h_gamma) const {
+  const auto [fast, slow] = oscillator_eigenvalues(h_omega, h_gamma);
+  return std::max(std::abs(stability_function(fast)), std::abs(stability_function(slow)));
+}
+
+}  // namespace sim

@@ -1,0 +1,56 @@
+// Linearly implicit stages: each a linear equation with one Jacobian a step.
+#pragma once
+
+#include <array>
+#include <complex>
+#include <memory>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/ode/implicit/linearised_solver.h"
+#include "pair_stages.h"
+
+namespace sim {
+
+// A Rosenbrock pair for x' = f(t, x) in the variables of Kaps & Rentrop, which multiply with J no
+// vector (Hairer & Wanner, Solving ODEs II (1996), equations IV.7.16 and IV.7.25):
+//   (1 / (h gamma) - J) u_i = f(t + alpha_i h, x + sum_{j<i} a_ij u_j) + sum_{j<i} c_ij u_j / h
+//                             + h gamma_i df/dt,                       J = df/dx and df/dt at (t,
+//                             x)
+//   x_next = x + sum_j a_Sj u_j + u_S,  u_S is its error: the last stage is at the end of the step
+struct RosenbrockPair {
+  static constexpr int kStages = 6;
+  using Row = std::array<double, kStages>;
+  double gamma = 0;
+  std::array<Row, kStages> a, c;
+  Row alpha, gammas;
+};
+
+class RosenbrockStages final : public PairStages {
+ public:
+  explicit RosenbrockStages(const RosenbrockPair& pair) : pair_(pair) {}
+
+  // Throws Error{kScene} for a system that does not know the entries of its Jacobian.
+  void prepare(OdeSystem& system) override;
+  void restart() override { linearised_ = false; }
+  StepStatus step(OdeSystem& system, double t, double h, const double* x, const double* slope,
+                  double* y, double* error) override;
+  void last_slope(OdeSystem& system, double t, double h, const double* y, double* slope) override;
+  void recall(std::span<const double> /*memory*/) override { linearised_ = false; }
+  Effort effort() const override { return (solver_ ? solver_->effort() : Effort{}) + own_; }
+  double amplification(double h_omega, double h_gamma) const override;
+
+ private:
+  void linearise(OdeSystem& system, double t, const double* x, const double* slope);
+  std::complex<double> stability_function(std::complex<double> z) const;
+
+  RosenbrockPair pair_;
+  std::unique_ptr<LinearisedSolver> solver_;
+  bool linearised_ = false;  // at the start of the step that is tried
+  double tau_ = 0;           // of the factors; 0: there are none
+  std::vector<Array> u_;
+  Array time_slope_, slope_;  // df/dt at the start; f of a stage
+  Effort own_;
+};
+
+}  // namespace sim
