@@ -26,8 +26,8 @@ constexpr int embedded_order(const ImplicitPair<S>& pair) {
   return order_conditions(other);
 }
 
-// The last slope of a step is that of its last stage, which was solved for: f of a state that is
-// off by some delta is off by lambda delta. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
+// The last slope of a step is that of its last stage, from the solved equation: f at a state with
+// an error delta has the error lambda delta. Kennedy & Carpenter (2016), NASA/TM-2016-219173.
 class EsdirkStages final : public PairStages {
  public:
   template <int S>
