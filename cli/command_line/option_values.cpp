@@ -98,10 +98,8 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
 
 LuaLimits lua_limits(const std::string& option, bool safe) {
   constexpr double kMost = 1e15;
-  LuaLimits limits;
+  LuaLimits limits = safe ? safe_limits() : LuaLimits();
   limits.steps_in_all = true;
-  if (safe) limits.memory = std::size_t{256} << 20;
-  limits.seconds_in_all = safe;
   const auto read = [&](const std::string& name, const std::string& text) {
     for (const std::string& word : comma_list(name, text)) {
       const std::size_t equals = std::min(word.find('='), word.size());

@@ -10,18 +10,11 @@
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/output/output.h"
-#include "core/session/checkpoint.h"
+#include "core/report/checkpoint_file.h"
 
 namespace sim::cli {
 
-// The reference of a system's energy drift, and the work taken since.
-struct Account {
-  double start_energy = 0;   // J
-  std::vector<double> work;  // WorkIntegral::memory(); empty: not known
-  std::string doubt = {};    // why a verdict cannot trust the steps before; empty: it can
-};
-
-std::vector<Account> accounts_of(std::span<const Track> tracks);
+using report::Account, report::accounts_of, report::read_checkpoint;
 
 // Writes to a file that does not exist until commit_safely(); one account a system. Throws
 // Error{kIo}.
@@ -32,9 +25,6 @@ std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequ
 // Replaces the file as a whole. Throws Error{kIo}.
 void save_checkpoint(const std::string& file, const SceneRequest& request, const LoadedScene& scene,
                      std::span<const Account> accounts, std::ostream& standard_output);
-
-// Throws Error{kIo} for a file that cannot be read, Error{kCheckpoint} for an invalid one.
-Checkpoint read_checkpoint(const std::string& file);
 
 // Completes the request with the settings of the checkpoint.
 void complete(SceneRequest& request, const Checkpoint& saved);

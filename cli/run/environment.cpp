@@ -4,8 +4,7 @@
 
 #include "commit.h"
 #include "core/base/error.h"
-#include "core/plugin/plugin.h"
-#include "core/simd/simd_targets.h"
+#include "core/report/checkpoint_file.h"
 
 namespace sim::cli {
 namespace {
@@ -52,8 +51,7 @@ BuildFacts build_facts() { return {SIM_VERSION, SIM_COMMIT, SIM_COMPILER}; }
 
 std::string version_line() {
   const BuildFacts facts = build_facts();
-  return "sim " + facts.version + " (commit " + facts.commit + ", " + facts.compiler +
-         ", plugin ABI " + std::to_string(kPluginAbi) + ", " + simd_name(simd_level()) + ")";
+  return report::program_line(facts.version, facts.commit, facts.compiler);
 }
 
 }  // namespace sim::cli

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <optional>
 
-#include "cli/run/check.h"
 #include "cli/run/engine_run.h"
 #include "cli/run/recorder.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
 #include "core/output/output.h"
+#include "core/report/check.h"
 #include "core/study/budget.h"
 #include "core/study/run/verification.h"
 

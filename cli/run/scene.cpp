@@ -98,12 +98,6 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
   return scene;
 }
 
-void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan) {
-  for (const InputFile& file : scene.inputs)
-    if (file.hash != 0) plan.reads(file.name == "scene" ? "the scene" : "the module", file.path);
-  for (const auto& library : registry.libraries()) plan.reads("the plugin", library.string());
-}
-
 Error in_step(const Error& error, const Simulation& system) {
   ErrorText text = error.text();
   text.why += " (in step " + std::to_string(system.step_count() + 1) +

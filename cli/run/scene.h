@@ -54,9 +54,6 @@ struct LoadedScene : StudiedScene {
 // of load_scene and Simulation.
 LoadedScene load(const SceneRequest& request, const Environment& environment, Registry& registry);
 
-// Plans the files that were read for the scene, and the libraries of plugins.
-void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan);
-
 // "sim SCENE -s n=3 --without drag": the words of a command that loads it, quoted for a shell.
 std::string command_for(const SceneRequest& request);
 

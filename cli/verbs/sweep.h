@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "cli/run/check.h"
 #include "cli/run/judged.h"
 #include "cli/run/run.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "core/output/output.h"
+#include "core/report/check.h"
 
 namespace sim::cli {
 

@@ -39,7 +39,7 @@ struct FieldsOf<cli::RunLength> {
 };
 
 template <>
-struct FieldsOf<cli::Checks> {
+struct FieldsOf<report::Checks> {
   static constexpr StructField list[] = {{"energy"}, {"strain"}, {"dt"}, {"verified"}};
 };
 

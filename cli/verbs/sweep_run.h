@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "cli/run/check.h"
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/base/input_file.h"
 #include "core/report/case_run.h"
+#include "core/report/check.h"
 
 namespace sim::cli {
 

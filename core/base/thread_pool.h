@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/cancellation.h"
+
 namespace sim {
 
 // The part [begin, end) of n items, in multiples of `grain`, that falls to one rank of a pool.
@@ -44,6 +46,11 @@ class ThreadPool {
     });
   }
 
+  // The step that runs are parts of, which outlives them; without one none is ever given up.
+  void serve(Cancellation& step) { step_ = &step; }
+  // Asked by body(rank) between two pieces of its work: true where what it does is worth nothing.
+  bool gives_up(int rank) { return step_ && (rank == 0 ? step_->gives_up() : step_->given_up()); }
+
  private:
   using Call = void (*)(const void* body, int rank);
   void run_erased(Call call, const void* body);
@@ -57,6 +64,7 @@ class ThreadPool {
   alignas(64) std::atomic<std::uint64_t> last_{0};
   alignas(64) std::atomic<int> running_{0}, used_;
   std::vector<std::thread> threads_;
+  Cancellation* step_ = nullptr;
 };
 
 // The spin-th round of waiting for another thread: it spins at first, then yields its processor,

@@ -34,25 +34,6 @@ std::vector<std::string> list_of(const char* const* texts) {
   return list;
 }
 
-// The options of a program that was compiled against another version of the header: what it does
-// not know is 0, and what it knows and this library does not has to be.
-sim_options options_of(const sim_options& given) {
-  constexpr std::size_t kLeast = sizeof(std::size_t), kMost = 4096;
-  if (given.size < kLeast || given.size > kMost || given.size % alignof(sim_options) != 0)
-    refuse("bad options", "size " + std::to_string(given.size), "it is that of no version",
-           "begin with SIM_OPTIONS");
-  const auto* const bytes = reinterpret_cast<const unsigned char*>(&given);
-  for (std::size_t i = sizeof given; i < given.size; ++i)
-    if (bytes[i] != 0)
-      refuse("unknown option", "size " + std::to_string(given.size),
-             "a member of a later version is set, and this library is version " +
-                 std::to_string(SIM_MAJOR) + "." + std::to_string(SIM_MINOR),
-             "leave it 0, or install the later library");
-  sim_options options = SIM_OPTIONS;
-  std::memcpy(&options, bytes, std::min(given.size, sizeof options));
-  return options;
-}
-
 std::map<std::string, std::string> settings_of(const char* const* texts) {
   std::map<std::string, std::string> settings;
   for (const std::string& text : list_of(texts)) {
@@ -70,7 +51,7 @@ std::map<std::string, std::string> settings_of(const char* const* texts) {
 Asked asked_of(const sim_options* given) {
   Asked asked;
   if (!given) return asked;
-  const sim_options copy = options_of(*given), *const options = &copy;
+  const sim_options copy = whole_of<sim_options>(*given, "SIM_OPTIONS"), *const options = &copy;
   asked.variant.settings = settings_of(options->settings);
   asked.variant.off = list_of(options->off);
   asked.variant.without = list_of(options->without);
@@ -112,13 +93,15 @@ RunOptions run_options(const SceneVariant& variant, const Asked& asked, const Sy
 }
 
 StudiedScene load(const std::string& name, const char* text, const Asked& asked,
-                  const SceneVariant& variant, Registry& registry) {
+                  const SceneVariant& variant, Registry& registry, std::function<bool()> stop) {
   if (!variant.integrator.name.empty())
     study::typed(variant.integrator, variant.integrator.name, registry);
   SceneOptions options{.search_path = environment_of(asked).scene_folders,
                        .settings = variant.settings,
                        .seed = asked.seed,
-                       .safe = asked.safe};
+                       .limits = asked.safe ? safe_limits() : LuaLimits(),
+                       .safe = asked.safe,
+                       .interrupted = std::move(stop)};
   if (text) options.text = text;
   StudiedScene scene;
   scene.spec = load_scene(name, registry, options);

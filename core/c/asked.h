@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,9 +39,10 @@ Environment environment_of(const Asked& asked);
 
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);
 
-// The scene in this variant; with `text` as the contents of the file `name`.
+// The scene in this variant; with `text` as the contents of the file `name`. Functions of the scene
+// end with an error where `stop` returns true.
 StudiedScene load(const std::string& name, const char* text, const Asked& asked,
-                  const SceneVariant& variant, Registry& registry);
+                  const SceneVariant& variant, Registry& registry, std::function<bool()> stop = {});
 
 RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
                        Registry& registry);

@@ -40,6 +40,15 @@ std::optional<double> AskedWords::number(const std::string& name) {
   return number;
 }
 
+bool AskedWords::flag(const std::string& name, bool usual) {
+  const std::string value = text(name);
+  if (value.empty()) return usual;
+  if (value != "0" && value != "1")
+    refuse("bad value", name + " '" + value + "'", "it is 0 or 1",
+           std::string(usual ? "1" : "0") + " is usual");
+  return value == "1";
+}
+
 std::vector<std::string> AskedWords::list(const std::string& name) {
   std::vector<std::string> values;
   for (std::string rest = text(name); !rest.empty();) {

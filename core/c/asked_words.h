@@ -18,6 +18,7 @@ class AskedWords {
   // Throws Error{kUsage} if the name occurs twice. "" if it is missing.
   std::string text(const std::string& name);
   std::optional<double> number(const std::string& name);   // at least 0, or Error{kUsage}
+  bool flag(const std::string& name, bool usual);          // 0 or 1, or Error{kUsage}
   std::vector<std::string> all(const std::string& name);   // of this name, in their order
   std::vector<std::string> list(const std::string& name);  // between commas
   std::map<std::string, std::string> rest();               // each once

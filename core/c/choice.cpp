@@ -45,6 +45,7 @@ void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
   const study::Watch watch = [&](std::string_view what, double done) {
     return !watcher.stopped(std::string(what).c_str(), done);
   };
+  const Stop::By asked(*scene.stop, [&] { return watcher.stopped("trials", 0.5); });
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const SystemSpec& spec = scene.loaded.spec.systems[i];
     const std::optional<study::Budget> budget = budget_of(request, spec);
@@ -75,6 +76,7 @@ void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
     options.dt = choices[i]->dt;
     scene.loaded.systems[i] = Simulation(spec, registry, options);
   }
+  listen(scene);
   scene.choices = std::move(choices);
   scene.chosen = request;
   scene.chosen_at = ++scene.generation;
@@ -113,7 +115,7 @@ char* sim_choose(sim_scene* scene, const char* allowed, const char* of, double t
     ChoiceRequest request{.of = of ? of : "", .time = time};
     if (allowed) request.error = study::parse_budget("error", allowed);
     Watcher watcher(watch, user);
-    stoppable(*scene, [&] { choose(*scene, request, watcher); });
+    stoppable_by(watcher, [&] { stoppable(*scene, [&] { choose(*scene, request, watcher); }); });
     if (watcher.told()) throw Stopped();
     std::vector<std::string> texts = choice_texts(*scene);
     for (std::string& text : texts)

@@ -78,6 +78,22 @@ InCall::~InCall() {
     delete scene_;
 }
 
+std::unique_ptr<sim_scene> opened(const std::string& name, const char* text, const Asked& asked) {
+  auto scene = std::make_unique<sim_scene>();
+  scene->name = name;
+  scene->asked = asked;
+  scene->registry = registry_of(asked, environment_of(asked));
+  scene->loaded = load(name, text, asked, asked.variant, *scene->registry,
+                       [stop = scene->stop] { return stop->asked(); });
+  listen(*scene);
+  return scene;
+}
+
+void listen(sim_scene& scene) {
+  for (Simulation& system : scene.loaded.systems)
+    system.stop_when([stop = scene.stop] { return stop->asked(); });
+}
+
 void close(sim_scene* scene) noexcept {
   if (!scene) return;
   // In a call, or free and then held for good: whoever ends the call frees it.

@@ -1,8 +1,10 @@
 // The objects behind the handles of sim.h, and the codes of exceptions.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -15,6 +17,8 @@
 #include "core/base/error.h"
 #include "core/c/asked.h"
 #include "core/c/sim.h"
+#include "core/c/stop.h"
+#include "core/report/checkpoint_file.h"
 #include "core/study/accuracy/error_goal.h"
 #include "core/study/run/track.h"
 #include "core/study/study.h"
@@ -24,6 +28,7 @@ struct sim_scene {
   enum class State { kFree, kInCall, kToBeClosed };  // the last one at the end of the call
   mutable std::atomic<State> state = State::kFree;
   std::unique_ptr<sim::Registry> registry;
+  std::string name;  // as it was asked for
   sim::c::Asked asked;
   sim::StudiedScene loaded;
   std::shared_ptr<const char> self = std::make_shared<const char>('\0');  // snapshots know it by it
@@ -31,12 +36,19 @@ struct sim_scene {
   std::vector<sim::study::Verdict> verdicts;  // of the last run; empty: there was none
   std::string summary;                        // of it, JSON
   double seconds = 0;                         // that it took
+  std::vector<std::string> judged;            // sim_judge_figures()
+  // The books of the last run, or of a checkpoint, and the generation that they belong to.
+  std::vector<sim::report::Account> accounts;
+  std::uint64_t accounts_at = 0;
+  bool resumed = false;  // a run goes on with them
   // The choices of sim_choose(), one a system or none at all, and the generation that it left.
   std::vector<std::optional<sim::study::GoalChoice>> choices;
   sim::c::ChoiceRequest chosen;
   std::uint64_t chosen_at = 1;
   // True if a field of the caller asked to stop. Steps pass on no exception but Error.
   std::shared_ptr<bool> field_stopped = std::make_shared<bool>(false);
+  // The question of the present call; steps and functions of the scene ask it.
+  std::shared_ptr<sim::c::Stop> stop = std::make_shared<sim::c::Stop>();
 };
 
 struct sim_snapshot {
@@ -60,6 +72,26 @@ Handle& checked(Handle* handle, const char* name) {
   return *handle;
 }
 
+// A structure of a program that was compiled against another version of the header: what it does
+// not know is 0, and what it knows and this library does not has to be. `begin`: how it begins.
+template <class Structure>
+Structure whole_of(const Structure& given, const std::string& begin) {
+  constexpr std::size_t kLeast = sizeof(std::size_t), kMost = 4096;
+  const std::string where = "size " + std::to_string(given.size);
+  if (given.size < kLeast || given.size > kMost || given.size % alignof(Structure) != 0)
+    refuse("bad options", where, "it is that of no version", "begin with " + begin);
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(&given);
+  for (std::size_t i = sizeof given; i < given.size; ++i)
+    if (bytes[i] != 0)
+      refuse("unknown option", where,
+             "a member of a later version is set, and this library is version " +
+                 std::to_string(SIM_MAJOR) + "." + std::to_string(SIM_MINOR),
+             "leave it 0, or install the later library");
+  Structure whole{};
+  std::memcpy(&whole, bytes, std::min(given.size, sizeof whole));
+  return whole;
+}
+
 // Holds a scene for the time of a call. Throws Error{kUsage} for null, and for a scene that is in
 // another call: of another thread, or the one whose callback this is.
 class InCall {
@@ -73,6 +105,12 @@ class InCall {
   const sim_scene* scene_;
 };
 
+// The scene of a file, or of its text. Throws Error.
+std::unique_ptr<sim_scene> opened(const std::string& name, const char* text, const Asked& asked);
+
+// The systems of the scene, which are new, ask scene.stop in long steps.
+void listen(sim_scene& scene);
+
 // Frees the scene now, or at the end of the call that it is in.
 void close(sim_scene* scene) noexcept;
 
@@ -84,11 +122,23 @@ inline const char* checked_text(const char* text, const char* name) {
 // Calls work(); its exception becomes Stopped if a field of the scene asked for it.
 template <class Work>
 void stoppable(const sim_scene& scene, Work work) {
+  *scene.field_stopped = false;
   try {
     work();
   } catch (...) {
     if (!std::exchange(*scene.field_stopped, false)) throw;
     throw Stopped();
+  }
+}
+
+// Runs `work` as above; any error after the watcher was told to stop counts as the stop.
+template <class Watch, class Work>
+auto stoppable_by(const Watch& watcher, Work work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const Error&) {
+    if (watcher.told()) throw Stopped();
+    throw;
   }
 }
 

@@ -1,8 +1,13 @@
 // Pictures, and files for other programs.
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 
+#include "core/base/text.h"
 #include "core/c/handles.h"
+#include "core/c/pictures.h"
+#include "core/c/watcher.h"
+#include "core/output/file_plan.h"
 #include "core/output/make_writer.h"
 #include "core/output/png.h"
 #include "core/picture/quantity.h"
@@ -12,7 +17,8 @@ using namespace sim::c;
 
 struct sim_writer {
   sim_scene* scene;
-  std::unique_ptr<Writer> writer;
+  std::shared_ptr<Stop> stop = std::make_shared<Stop>();  // of the work at the end
+  std::unique_ptr<Writer> writer = nullptr;
 };
 
 namespace {
@@ -36,7 +42,65 @@ std::vector<Model> models_of(sim_scene& scene) {
   return models;
 }
 
+unsigned char* drawn(sim_scene& scene, const LookSpec& asked, size_t& size) {
+  Look look = look_of(scene.loaded.spec, asked);
+  const std::vector<Model> models = models_of(scene);
+  const Moment moment = moment_of(scene);
+  // Quantities of a whole run have no colour here.
+  if (quantity(models[0], moment[0], look.colour).empty()) look.colour = "none";
+  Gallery gallery(models, {&moment, 1}, look);
+  const std::string bytes = png(gallery.draw(0));
+  auto* const block = static_cast<unsigned char*>(std::malloc(bytes.size()));
+  if (!block) throw std::bad_alloc();
+  std::memcpy(block, bytes.data(), bytes.size());
+  size = bytes.size();
+  return block;
+}
+
+std::unique_ptr<sim_writer> opened_writer(sim_scene& scene, const std::string& file,
+                                          double frames_per_second, const LookSpec& look) {
+  FilePlan plan;
+  plan_inputs(scene.loaded.spec, *scene.registry, plan);
+  std::vector<std::string> names;
+  for (const Simulation& system : scene.loaded.systems) names.push_back(system.name());
+  for (const std::string& name : written_names(file, names)) plan.writes("the file", name);
+  plan.check();
+  if (!(std::fabs(frames_per_second) <= 1e6) || (frames_per_second > 0 && frames_per_second < 1e-6))
+    refuse("bad value", "frames_per_second " + brief(frames_per_second), "it is out of range",
+           "give a number like 30");
+  auto writer = std::unique_ptr<sim_writer>(new sim_writer{&scene});
+  WriterTask task;
+  task.models = models_of(scene);
+  task.file = file;
+  task.world = scene.loaded.spec.world;
+  task.look = look_of(scene.loaded.spec, look);
+  task.stop = [stop = writer->stop] { return stop->asked(); };
+  if (frames_per_second > 0) task.fps = frames_per_second;
+  writer->writer = make_writer(task, *scene.registry);
+  return writer;
+}
+
 }  // namespace
+
+namespace sim::c {
+
+LookSpec look_spec(const sim_look* given) {
+  LookSpec spec;
+  if (!given) return spec;
+  const sim_look copy = whole_of<sim_look>(*given, "SIM_LOOK"), *const look = &copy;
+  if ((look->width != 0) != (look->height != 0))
+    refuse("bad value", "width, height", "one of the two is 0", "give both, or none");
+  if (look->width != 0)
+    spec.size = std::to_string(look->width) + "x" + std::to_string(look->height);
+  if (look->color) spec.color = look->color;
+  if (look->camera) spec.camera = look->camera;
+  for (const char* const* each = look->springs; each && *each; ++each)
+    spec.springs.emplace_back(*each);
+  spec.wireframe = look->wireframe != 0;
+  return spec;
+}
+
+}  // namespace sim::c
 
 extern "C" {
 
@@ -44,22 +108,17 @@ unsigned char* sim_picture(sim_scene* scene, int width, int height, const char* 
                            size_t* size, sim_error* error) {
   return guarded_pointer(error, [&] {
     const InCall call(scene);
-    checked(size, "size");
     LookSpec asked;
     asked.size = std::to_string(width) + "x" + std::to_string(height);
     if (colour) asked.color = colour;
-    Look look = look_of(scene->loaded.spec, asked);
-    const std::vector<Model> models = models_of(*scene);
-    const Moment moment = moment_of(*scene);
-    // Quantities of a whole run have no colour here.
-    if (quantity(models[0], moment[0], look.colour).empty()) look.colour = "none";
-    Gallery gallery(models, {&moment, 1}, look);
-    const std::string bytes = png(gallery.draw(0));
-    auto* const block = static_cast<unsigned char*>(std::malloc(bytes.size()));
-    if (!block) throw std::bad_alloc();
-    std::memcpy(block, bytes.data(), bytes.size());
-    *size = bytes.size();
-    return block;
+    return drawn(*scene, asked, checked(size, "size"));
+  });
+}
+
+unsigned char* sim_draw(sim_scene* scene, const sim_look* look, size_t* size, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    const InCall call(scene);
+    return drawn(*scene, look_spec(look), checked(size, "size"));
   });
 }
 
@@ -67,16 +126,16 @@ sim_writer* sim_writer_open(sim_scene* scene, const char* file, double frames_pe
                             sim_error* error) {
   return guarded_pointer(error, [&] {
     const InCall call(scene);
-    WriterTask task;
-    task.models = models_of(*scene);
-    task.file = checked_text(file, "file");
-    task.world = scene->loaded.spec.world;
-    task.look = look_of(scene->loaded.spec, {});
-    if (frames_per_second > 0) task.fps = frames_per_second;
-    auto writer = std::make_unique<sim_writer>();
-    writer->scene = scene;
-    writer->writer = make_writer(task, *scene->registry);
-    return writer.release();
+    return opened_writer(*scene, checked_text(file, "file"), frames_per_second, {}).release();
+  });
+}
+
+sim_writer* sim_writer_open_look(sim_scene* scene, const char* file, double frames_per_second,
+                                 const sim_look* look, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    const InCall call(scene);
+    return opened_writer(*scene, checked_text(file, "file"), frames_per_second, look_spec(look))
+        .release();
   });
 }
 
@@ -89,6 +148,16 @@ int sim_writer_add(sim_writer* writer, sim_error* error) {
 
 int sim_writer_commit(sim_writer* writer, sim_error* error) {
   return guarded(error, [&] { checked(writer, "writer").writer->commit(); });
+}
+
+int sim_writer_finish(sim_writer* writer, sim_watch watch, void* user, sim_error* error) {
+  return guarded(error, [&] {
+    checked(writer, "writer");
+    Watcher watcher(watch, user);
+    const Stop::By asked(*writer->stop, [&] { return watcher.stopped("file", 0.5); });
+    writer->writer->commit();
+    if (watcher.told()) throw Stopped();
+  });
 }
 
 void sim_writer_close(sim_writer* writer) { delete writer; }

@@ -6,7 +6,10 @@
 #include "core/c/choice.h"
 #include "core/c/handles.h"
 #include "core/c/watcher.h"
+#include "core/output/format.h"
+#include "core/report/check.h"
 #include "core/report/goal_report.h"
+#include "core/report/rest_report.h"
 #include "core/report/summary.h"
 #include "core/study/run/follow.h"
 #include "core/study/run/run_length.h"
@@ -19,22 +22,6 @@ namespace {
 
 using study::Track;
 
-// While it exists, long steps ask the watcher.
-class Watched {
- public:
-  Watched(std::vector<Simulation>& systems, const std::function<bool()>& stop) : systems_(systems) {
-    for (Simulation& system : systems_) system.stop_when(stop);
-  }
-  ~Watched() {
-    for (Simulation& system : systems_) system.stop_when({});
-  }
-  Watched(const Watched&) = delete;
-  Watched& operator=(const Watched&) = delete;
-
- private:
-  std::vector<Simulation>& systems_;
-};
-
 double done_of(std::span<const Track> tracks) {
   double done = 1;
   for (const Track& track : tracks) {
@@ -43,6 +30,24 @@ double done_of(std::span<const Track> tracks) {
     if (left > 0) done = std::min(done, taken / (taken + left));
   }
   return done;
+}
+
+// Of what is asked for, that which is a figure of a whole run.
+std::vector<study::Quantity> figures_of(const SystemSpec& spec,
+                                        const std::vector<std::string>& judged) {
+  std::vector<study::Quantity> figures;
+  for (const std::string& text : judged) figures.emplace_back(spec, text);
+  return figures;
+}
+
+// A function of the scene was ended within a step: the methods begin anew where it began.
+void give_up(std::vector<Track>& tracks) {
+  for (Track& track : tracks) {
+    Snapshot now = track.system().snapshot();
+    now.memory.clear();
+    track.system().restore(now);
+    if (!track.finished() && !track.stuck()) track.mark_interrupted();
+  }
 }
 
 // The choice was made for this run: what it measured verifies it.
@@ -55,10 +60,20 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   using Clock = std::chrono::steady_clock;
   if (scene.generation == 1 && asks_for_error(scene)) choose(scene, {.time = time}, watcher);
   const bool chosen = is_chosen_run(scene, time);
+  const bool goes_on = scene.resumed && scene.accounts_at == scene.generation;
+  scene.resumed = false;
   ++scene.generation;
   StudiedScene& loaded = scene.loaded;
   scene.verdicts.clear();
   scene.summary.clear();
+  const char* what = "run";
+  const std::vector<Track>* running = nullptr;
+  // Functions of the scene may ask on other threads, too, in runs beside this one.
+  const std::function<bool()> stop = [&] {
+    if (!watcher.is_own_thread()) return watcher.told();
+    return watcher.stopped(what, running ? done_of(*running) : 0);
+  };
+  const Stop::By asked(*scene.stop, stop);
   std::vector<Track> tracks;
   tracks.reserve(loaded.systems.size());
   for (std::size_t i = 0; i < loaded.systems.size(); ++i) {
@@ -68,12 +83,16 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
     tracks.emplace_back(loaded.spec.systems[i], system, steps, Track::kNever, Track::kNever,
                         scene.registry.get());
     study::shorten(length, tracks.back());
+    tracks.back().judge(figures_of(loaded.spec.systems[i], scene.judged));
+    if (goes_on) {
+      tracks.back().continue_from(scene.accounts[i].start_energy, scene.accounts[i].work);
+      tracks.back().doubt_start(scene.accounts[i].doubt);
+    }
     if (!chosen || !scene.choices[i]) continue;
     study::RunDeviation known = report::goal_deviation(*scene.choices[i], scene.chosen.of);
     if (known.verified()) tracks.back().verified_by(std::move(known));
   }
-  const char* what = "run";
-  const std::function<bool()> stop = [&] { return watcher.stopped(what, done_of(tracks)); };
+  running = &tracks;
   const Clock::time_point begin = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   const study::VerificationPlan plan{.wish = static_cast<study::Verify>(wish)};
@@ -84,9 +103,11 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
     study::verify_beside(plan, tracks, loaded.systems.front().threads(),
                          [&] { return watcher.told(); });
   };
-  {
-    const Watched watched(loaded.systems, stop);
+  try {
     study::follow_all(tracks, stop, verify_beside);
+  } catch (const Error&) {
+    if (!watcher.told()) throw;
+    give_up(tracks);
   }
   scene.seconds = seconds();
   what = "verification";
@@ -96,6 +117,8 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   scene.summary = report::summary_json(loaded, tracks, scene.seconds, {},
                                        chosen ? choice_texts(scene) : std::vector<std::string>());
   scene.verdicts = std::move(verdicts);
+  scene.accounts = report::accounts_of(tracks);
+  scene.accounts_at = scene.generation;
 }
 
 const study::Verdict& verdict_of(const sim_scene* scene, int system) {
@@ -117,7 +140,7 @@ int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* us
     if (verify < 0 || verify > 2)
       refuse("bad value", "verify " + std::to_string(verify), "it is 0, 1 or 2", "1 is usual");
     Watcher watcher(watch, user);
-    stoppable(*scene, [&] { run(*scene, time, verify, watcher); });
+    stoppable_by(watcher, [&] { stoppable(*scene, [&] { run(*scene, time, verify, watcher); }); });
     if (watcher.told()) throw Stopped();
   });
 }
@@ -145,6 +168,54 @@ int sim_figure(const sim_scene* scene, int system, const char* name, double* val
     const InCall call(scene);
     const study::Verdict& found = verdict_of(scene, system);
     checked(value, "value") = report::figure_named(found.figures, checked_text(name, "name"));
+  });
+}
+
+int sim_judge_figures(sim_scene* scene, const char* const* of, sim_error* error) {
+  return guarded(error, [&] {
+    const InCall call(scene);
+    std::vector<std::string> judged;
+    for (; of && *of; ++of) judged.emplace_back(*of);
+    for (const SystemSpec& spec : scene->loaded.spec.systems)
+      for (const study::Quantity& each : figures_of(spec, judged))
+        if (!each.is_figure())
+          refuse("not of a whole run", each.text(), "it is a quantity of a moment",
+                 "name a figure of it, like \"mean " + each.text() + "\"");
+    scene->judged = std::move(judged);
+  });
+}
+
+int sim_check(const sim_scene* scene, const char* limits, sim_error* error) {
+  return guarded(error, [&] {
+    const InCall call(scene);
+    const report::Checks checks = report::parse_checks("limits", checked_text(limits, "limits"));
+    for (std::size_t i = 0; i < scene->loaded.systems.size(); ++i)
+      report::check(checks, verdict_of(scene, static_cast<int>(i)),
+                    scene->loaded.systems[i].name());
+  });
+}
+
+char* sim_come_to_rest(sim_scene* scene, sim_watch watch, void* user, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    const InCall call(scene);
+    Watcher watcher(watch, user);
+    ++scene->generation;
+    std::vector<std::string> texts;
+    const std::function<bool()> stop = [&] { return watcher.stopped("rest", 0.5); };
+    std::vector<Snapshot> before;
+    for (const Simulation& system : scene->loaded.systems) before.push_back(system.snapshot());
+    try {
+      const Stop::By asked(*scene->stop, stop);
+      for (Simulation& system : scene->loaded.systems)
+        texts.push_back(report::rest_json(system, report::rest_of(system, stop)));
+    } catch (...) {
+      for (std::size_t i = 0; i < before.size(); ++i) scene->loaded.systems[i].restore(before[i]);
+      listen(*scene);
+      if (watcher.told()) throw Stopped();
+      throw;
+    }
+    listen(*scene);
+    return given_away(JsonObject().json("systems", json_array(texts)).str());
   });
 }
 

@@ -7,22 +7,14 @@
 #include "core/c/handles.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
+#include "core/particles/constraints/constraint_system.h"
 #include "core/report/plugin_json.h"
 #include "core/study/method_text.h"
-#include "core/study/run/divergence_text.h"
 
 using namespace sim;
 using namespace sim::c;
 
 namespace {
-
-sim_scene* opened(const char* name, const char* text, const sim_options* options) {
-  auto scene = std::make_unique<sim_scene>();
-  const Asked& asked = scene->asked = asked_of(options);
-  scene->registry = registry_of(asked, environment_of(asked));
-  scene->loaded = load(checked_text(name, "name"), text, asked, asked.variant, *scene->registry);
-  return scene.release();
-}
 
 std::string system_json(const SystemSpec& spec, const Simulation& system) {
   JsonObject object, switches;
@@ -41,36 +33,6 @@ std::string system_json(const SystemSpec& spec, const Simulation& system) {
       .number("dt", system.h())
       .number("duration", system.duration())
       .str();
-}
-
-// Takes one step at a time if the scene's own functions may fail in it: a failed step changes
-// nothing.
-int steps_of_scene(Simulation& system, std::int64_t most, bool calls_scene) {
-  if (!calls_scene) return system.steps(most);
-  const Snapshot before = system.snapshot();
-  try {
-    return system.steps(1);
-  } catch (...) {
-    system.restore(before);
-    throw;
-  }
-}
-
-// All systems so many steps; `taken`, if not null, counts those of the last one.
-void take_steps(sim_scene& scene, std::int64_t steps, std::int64_t* taken) {
-  for (std::size_t i = 0; i < scene.loaded.systems.size(); ++i) {
-    Simulation& system = scene.loaded.systems[i];
-    const SystemSpec& spec = scene.loaded.spec.systems[i];
-    for (std::int64_t done = 0; done < steps;) {
-      const int more = steps_of_scene(system, steps - done, spec.one_thread);
-      if (more == 0)
-        throw Error(ErrorKind::kDiverged,
-                    {"diverged", system.name(), study::divergence_text(spec, system),
-                     "try a smaller dt or another integrator"});
-      done += more;
-      if (taken) *taken = done;
-    }
-  }
 }
 
 const StatePart& part_of_state(const Simulation& system, const char* name) {
@@ -131,12 +93,17 @@ const char* sim_version(void) { return SIM_VERSION; }
 void sim_free(void* block) { std::free(block); }
 
 sim_scene* sim_open(const char* name, const sim_options* options, sim_error* error) {
-  return guarded_pointer(error, [&] { return opened(name, nullptr, options); });
+  return guarded_pointer(error, [&] {
+    return opened(checked_text(name, "name"), nullptr, asked_of(options)).release();
+  });
 }
 
 sim_scene* sim_open_text(const char* text, const char* name, const sim_options* options,
                          sim_error* error) {
-  return guarded_pointer(error, [&] { return opened(name, checked_text(text, "text"), options); });
+  return guarded_pointer(error, [&] {
+    return opened(checked_text(name, "name"), checked_text(text, "text"), asked_of(options))
+        .release();
+  });
 }
 
 sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t n, double duration,
@@ -155,7 +122,7 @@ sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t 
       refuse("no step", "dt, duration", "a field has none of its own", "give both in s");
     scene->registry = registry_of(asked, environment_of(asked));
     SystemSpec& spec = scene->loaded.spec.systems.emplace_back();
-    scene->loaded.spec.file = spec.name = "field";
+    scene->name = scene->loaded.spec.file = spec.name = "field";
     spec.dt = asked.variant.dt;
     spec.duration = duration;
     spec.one_thread = true;
@@ -175,6 +142,7 @@ sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t 
       scene->loaded.systems.emplace_back(spec, *scene->registry,
                                          run_options(asked.variant, asked, spec, *scene->registry));
     });
+    listen(*scene);
     return scene.release();
   });
 }
@@ -231,16 +199,6 @@ char* sim_scenes(sim_error* error) {
     for (const std::string& name : list_scenes(environment_of(Asked()).scene_folders))
       names.push_back(json_string(name));
     return given_away(json_array(names));
-  });
-}
-
-int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error) {
-  if (taken) *taken = 0;
-  return guarded(error, [&] {
-    const InCall call(scene);
-    if (steps < 0) refuse("bad value", "steps", "it is below 0", "give a count");
-    ++scene->generation;
-    stoppable(*scene, [&] { take_steps(*scene, steps, taken); });
   });
 }
 
@@ -359,6 +317,26 @@ int sim_observe(const sim_scene* scene, int system, const char* name, double* va
       refuse("not of a moment", name, "it is a figure of a whole run",
              "name the quantity alone, or see the report of a run");
     checked(value, "value") = quantity.at(one);
+  });
+}
+
+char* sim_tensions(const sim_scene* scene, int system, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    const InCall call(scene);
+    const Simulation& one = system_of(scene, system);
+    std::vector<std::string> forces;
+    if (ConstraintSystem* const constraints = one.constraint_system())
+      for (const ConstraintForce& each : constraints->forces(one.t(), one.state().data()))
+        forces.push_back(JsonObject()
+                             .text("constraint", each.constraint)
+                             .integer("a", each.a)
+                             .integer("b", each.b)
+                             .number("tension", each.tension)
+                             .json("force", "[" + shortest(each.force.x()) + "," +
+                                                shortest(each.force.y()) + "," +
+                                                shortest(each.force.z()) + "]")
+                             .str());
+    return given_away(json_array(forces));
   });
 }
 

@@ -35,6 +35,7 @@ enum {
   SIM_IO = 5,
   SIM_CHECKPOINT = 6,
   SIM_PLUGIN = 7,
+  SIM_CHECK = 8,
   SIM_STOPPED = 9 /* a callback asked for it; the handle may be used further */
 };
 
@@ -99,14 +100,20 @@ char* sim_scenes(sim_error* error); /* JSON: names of the scenes that sim_open f
 
 /* --- Steps and time. */
 /* So many steps of each system; `taken`, if not null, is how many of the last one. SIM_DIVERGED
- * where a step cannot be taken; the state is then that before it. Nobody is asked in between: take
- * few steps at a time to look at them, or sim_run(), which can be stopped within a step, too. */
+ * where a step cannot be taken; the state is then that before it. Nobody is asked in between. */
 int sim_step(sim_scene* scene, int64_t steps, int64_t* taken, sim_error* error);
+/* Since 1.1: the same with somebody who is asked, also within long steps: SIM_STOPPED. And as many
+ * of them as are done in `seconds` of wall time, perhaps none: SIM_STOPPED where these are fewer. A
+ * step that is on its way then is given up: the state is the last that all systems came to, `taken`
+ * steps of each, and steps that follow have the bits that they would have had. */
+int sim_step_watched(sim_scene* scene, int64_t steps, int64_t* taken, sim_watch watch, void* user,
+                     sim_error* error);
+int sim_step_for(sim_scene* scene, int64_t steps, double seconds, int64_t* taken, sim_error* error);
 /* A judged run of `time` s from here, at whose end stands a verdict; not above 0: to the end of the
  * scene's duration. The last step is shorter where it has to be. `verify`: 0 not by a second run
  * with half the step; 1 where that takes a second or a core is free, until it has seen enough to
  * doubt; 2 to the end. A run that diverges is no error: the verdict says so. Stopped by `watch`:
- * SIM_STOPPED, with the verdict "suspect". */
+ * SIM_STOPPED, with the verdict "suspect"; without one where a function of the scene was ended. */
 int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* user,
             sim_error* error);
 /* Since 1.1: a method and a step for each system that keep an error in a run of `time` s (not above
@@ -123,6 +130,19 @@ double sim_duration(const sim_scene* scene, int system);    /* s; likewise */
 int64_t sim_step_count(const sim_scene* scene, int system); /* -1 for what is not there */
 /* Changes with every call that may have moved or changed what a sim_part points to. */
 uint64_t sim_generation(const sim_scene* scene);
+
+/* Since 1.1: brings each system to rest where it stays at its present time (--from-rest). JSON
+ * {"systems": [..]} as the study `rest` has it; SIM_DIVERGED, with the state of before, where none
+ * is found. */
+char* sim_come_to_rest(sim_scene* scene, sim_watch watch, void* user, sim_error* error);
+
+/* Since 1.1: checkpoints as the command line has them (--snap, --resume): files from which a scene
+ * goes on bit for bit, with the books of its run. A file takes its name when it is whole. A scene
+ * resumes what one that was opened likewise has saved; or it is opened with the file and the
+ * parameters that the checkpoint names, over which `options` come. */
+int sim_save(const sim_scene* scene, const char* file, sim_error* error);
+int sim_resume(sim_scene* scene, const char* file, sim_error* error);
+sim_scene* sim_open_saved(const char* file, const sim_options* options, sim_error* error);
 
 sim_snapshot* sim_snapshot_take(const sim_scene* scene, sim_error* error);
 int sim_snapshot_restore(sim_scene* scene, const sim_snapshot* snapshot, sim_error* error);
@@ -153,6 +173,10 @@ uint64_t sim_hash(const sim_scene* scene, int system); /* of the bits of the sta
 /* Since 1.1: what the scene observes now, by its name in `observe`. */
 int sim_observe(const sim_scene* scene, int system, const char* name, double* value,
                 sim_error* error);
+
+/* Since 1.1: what constraints hold with now, JSON: an array of {"constraint", "a", "b", "tension",
+ * "force"}, N; particles are a and b, -1 where there is no second, and the force is that on a. */
+char* sim_tensions(const sim_scene* scene, int system, sim_error* error);
 
 typedef struct sim_spring {
   int to;                                /* the particle at its other end */
@@ -191,6 +215,11 @@ int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_erro
 /* Since 1.1: any of the "figures" of that JSON by its name, "strain"; 0 or 1 for a flag. */
 int sim_figure(const sim_scene* scene, int system, const char* name, double* value,
                sim_error* error);
+/* Since 1.1: figures of what the scene observes, "mean sag", that runs from now on judge besides
+ * (--of), in "observed" of that JSON. The list ends with a null pointer. And whether the last run is
+ * within limits (--check), "verified,energy=1%,strain=20%,dt=90%"; SIM_CHECK where it is not. */
+int sim_judge_figures(sim_scene* scene, const char* const* of, sim_error* error);
+int sim_check(const sim_scene* scene, const char* limits, sim_error* error);
 char* sim_verdict_json(const sim_scene* scene, sim_error* error); /* as `sim SCENE --json` */
 const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number */
 
@@ -205,12 +234,14 @@ const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number *
  *   dt=S,S                    compare: a step for all methods or for each; 0 is the scene's own
  *   reference=A, reference_dt=S  compare: errors against a run of this, in place of a reference
  *                                with an error of its own
- *   over=NAME=VALUES          sweep, once for each name: a,b,c or LO:HI:linN, LO:HI:logN, LO..HI;
- *                             NAME is integrator, dt, tol, time, steps, seed or a parameter
- *   cases=FILE                sweep, in place of over: CSV, names and then a row a case
- *   verify=0                  sweep: no second run with half the step; `of` may be there often
- * and parameters of plugins. A sweep runs as many cases at once as the options have threads; its
- * rows are {"rows": [{"case", names.., "exit", "verdict", "reason", "steps", .., "hash", ..}]}. */
+ *   out=FILE, fps=N           compare: a panel for each method, of any kind that --out knows,
+ * often; and color=, camera=, size=WxH, springs= (often), wireframe=1: sim_look over=NAME=VALUES
+ * sweep, once for each name: a,b,c or LO:HI:linN, LO:HI:logN, LO..HI; NAME is integrator, dt, tol,
+ * time, steps, seed or a parameter cases=FILE                sweep, in place of over: CSV, names
+ * and then a row a case verify=0                  sweep: no second run with half the step; `of` may
+ * be there often and parameters of plugins. A sweep runs as many cases at once as the options have
+ * threads; its rows are {"rows": [{"case", names.., "exit", "verdict", "reason", "steps", ..,
+ * "hash", ..}]}. */
 char* sim_study(const char* study, const char* scene, const char* text, const char* const* asked,
                 const sim_options* options, sim_watch watch, void* user, sim_error* error);
 
@@ -218,10 +249,30 @@ char* sim_study(const char* study, const char* scene, const char* text, const ch
 /* The scene as it is now, as a PNG of `*size` bytes; `colour`: null, or as --color. */
 unsigned char* sim_picture(sim_scene* scene, int width, int height, const char* colour,
                            size_t* size, sim_error* error);
+/* Since 1.1: the same in any look. Begin with SIM_LOOK, so that members of later versions are 0;
+ * null: as the scene says. */
+typedef struct sim_look {
+  size_t size;                /* sizeof(sim_look) */
+  int width, height;          /* pixels; 0: 1280 x 720 */
+  const char* color;          /* "strain", "speed:2", as --color */
+  const char* camera;         /* "eye=1,2,3 at=0,0,0 up=0,1,0 fov=40", or parts, as --camera */
+  const char* const* springs; /* that are drawn, "12", "shear", "all"; ends with a null pointer */
+  int wireframe;              /* not 0: only the lines of surfaces */
+} sim_look;
+
+#define SIM_LOOK \
+  { sizeof(sim_look), 0, 0, 0, 0, 0, 0 }
+
+unsigned char* sim_draw(sim_scene* scene, const sim_look* look, size_t* size, sim_error* error);
+
 /* A file of any kind that --out knows, by its ending; it takes its name at sim_writer_commit(), and
  * without that none is left. The scene outlives the writer. */
 sim_writer* sim_writer_open(sim_scene* scene, const char* file, double frames_per_second,
                             sim_error* error);
+/* Since 1.1: with a look; and an end that can be stopped, as films take long: none is left then. */
+sim_writer* sim_writer_open_look(sim_scene* scene, const char* file, double frames_per_second,
+                                 const sim_look* look, sim_error* error);
+int sim_writer_finish(sim_writer* writer, sim_watch watch, void* user, sim_error* error);
 int sim_writer_add(sim_writer* writer, sim_error* error); /* the scene as it is now */
 int sim_writer_commit(sim_writer* writer, sim_error* error);
 void sim_writer_close(sim_writer* writer); /* null is legal */

@@ -7,7 +7,9 @@
 #include "core/c/handles.h"
 #include "core/c/sweep.h"
 #include "core/c/watcher.h"
+#include "core/output/file_plan.h"
 #include "core/output/format.h"
+#include "core/output/make_writer.h"
 #include "core/report/comparison.h"
 #include "core/report/order_report.h"
 #include "core/report/rest_report.h"
@@ -25,12 +27,18 @@ namespace {
 // The scene of a study, read again for each variant.
 class Source final : public SceneSource {
  public:
-  Source(std::string name, const char* text, const Asked& asked, Registry& registry)
-      : name_(std::move(name)), text_(text), asked_(asked), registry_(registry) {}
+  // Functions of the scene end with an error where `stop` says true.
+  Source(std::string name, const char* text, const Asked& asked, Registry& registry,
+         std::function<bool()> stop)
+      : name_(std::move(name)),
+        text_(text),
+        asked_(asked),
+        registry_(registry),
+        stop_(std::move(stop)) {}
 
   std::string name() const override { return name_; }
   StudiedScene load(const SceneVariant& variant) override {
-    return c::load(name_, text_, asked_, variant, registry_);
+    return c::load(name_, text_, asked_, variant, registry_, stop_);
   }
   RunOptions options(const SceneVariant& variant, const SystemSpec& system) override {
     return run_options(variant, asked_, system, registry_);
@@ -48,6 +56,7 @@ class Source final : public SceneSource {
   const char* text_;
   const Asked& asked_;
   Registry& registry_;
+  std::function<bool()> stop_;
 };
 
 // 0: the scene's own.
@@ -111,9 +120,29 @@ std::string compare(const Task& task, const StudiedScene& scene, AskedWords& wor
   const std::string reference = words.text("reference"), dt = words.text("reference_dt");
   if (!reference.empty() || !dt.empty())
     compared.reference = {study::parse_integrator(reference), dt.empty() ? 0 : step_of(dt)};
+  const std::vector<std::string> files = words.all("out");
+  LookSpec look{.camera = words.text("camera"),
+                .color = words.text("color"),
+                .size = words.text("size"),
+                .springs = words.all("springs"),
+                .wireframe = words.flag("wireframe", false)};
+  if (const std::optional<double> fps = words.number("fps")) {
+    if (!(*fps >= 1e-6 && *fps <= 1e6))
+      refuse("bad value", "fps " + brief(*fps), "it is out of range", "30 is usual");
+    compared.fps = *fps;
+  }
   words.finish("compare");
+  FilePlan plan;
+  plan_inputs(scene.spec, *task.registry, plan);
+  for (const std::string& file : files) {
+    writer_of(file, *task.registry);
+    for (const std::string& name : written_names(file)) plan.writes("out", name);
+  }
+  plan.check();
   report::Comparison comparison(compared);
-  return comparison.run(task.watch) ? comparison.json() : "";
+  if (!comparison.run(task.watch)) return "";
+  if (!files.empty()) comparison.write(files, look, task.stop);
+  return comparison.json();
 }
 
 // One JSON text a system.
@@ -161,8 +190,9 @@ std::string studied(const std::string& name, const char* scene, const char* text
   AskedWords words(texts);
   if (name == "sweep") return sweep(checked_text(scene, "scene"), text, asked, words, watcher);
   const auto registry = registry_of(asked, environment_of(asked));
-  Source source(scene ? scene : "", text, asked, *registry);
   Task task;
+  task.stop = [&] { return watcher.stopped(name.c_str(), 0.5); };
+  Source source(scene ? scene : "", text, asked, *registry, task.stop);
   task.registry = registry.get();
   task.variant = asked.variant;
   task.time = words.number("time");
@@ -175,8 +205,6 @@ std::string studied(const std::string& name, const char* scene, const char* text
     return !watcher.stopped(std::string(what).c_str(), done);
   };
   task.announce = [](double) {};
-  task.stop = [&] { return watcher.stopped(name.c_str(), 0.5); };
-
   const bool known = name == "tradeoff" || name == "stability" || name == "order" ||
                      name == "rest" || name == "compare";
   if (!known) {
@@ -204,8 +232,9 @@ char* sim_study(const char* study, const char* scene, const char* text, const ch
                 const sim_options* options, sim_watch watch, void* user, sim_error* error) {
   return guarded_pointer(error, [&] {
     Watcher watcher(watch, user);
-    const std::string found =
-        studied(checked_text(study, "study"), scene, text, asked, options, watcher);
+    const std::string found = stoppable_by(watcher, [&] {
+      return studied(checked_text(study, "study"), scene, text, asked, options, watcher);
+    });
     if (watcher.told()) throw Stopped();
     return given_away(found);
   });

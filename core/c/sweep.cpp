@@ -50,11 +50,7 @@ Sweep::Sweep(const std::string& scene, const char* text, const Asked& asked, Ask
   cases_ = file.empty() ? report::product_of(over) : report::cases_in(file);
   task_.of = words.all("of");
   task_.length.time = words.number("time");
-  if (const std::string verify = words.text("verify"); !verify.empty()) {
-    if (verify != "0" && verify != "1")
-      refuse("bad value", "verify '" + verify + "'", "it is 0 or 1", "1 is usual");
-    task_.verify = verify == "1";
-  }
+  task_.verify = words.flag("verify", true);
   words.finish("sweep");
   task_.stop = [this] { return watcher_.told(); };
   rows_.resize(cases_.count());
@@ -81,7 +77,7 @@ std::vector<std::string> Sweep::row(std::size_t index, Registry& registry) const
     asked.seed = values.seed;
     report::CaseTask task = task_;
     task.length = values.length;
-    StudiedScene scene = load(scene_, text_, asked, variant, registry);
+    StudiedScene scene = load(scene_, text_, asked, variant, registry, task_.stop);
     return report::run_case(scene, registry, task);
   } catch (const Error& error) {
     return report::lost_case(static_cast<int>(error.kind()), error.what(), task_.observed.size());

@@ -1,16 +1,35 @@
 #include "core/c/watcher.h"
 
-#include <chrono>
+#include <algorithm>
+#include <ctime>
 
 namespace sim::c {
+namespace {
+
+constexpr double kInterval = 0.05;  // s
+
+}  // namespace
+
+double coarse_now() {
+#ifdef CLOCK_MONOTONIC_COARSE
+  constexpr clockid_t kClock = CLOCK_MONOTONIC_COARSE;
+#else
+  constexpr clockid_t kClock = CLOCK_MONOTONIC;
+#endif
+  timespec now{};
+  clock_gettime(kClock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Watcher::Watcher(sim_watch watch, void* user, First first)
+    : watch_(watch), user_(user), next_(first == First::kAtOnce ? 0 : coarse_now() + kInterval) {}
 
 bool Watcher::stopped(const char* what, double done) {
-  constexpr std::int64_t kInterval = 50'000'000;  // ns
-  if (stopped_ || !watch_ || std::this_thread::get_id() != owner_) return stopped_;
-  const std::int64_t now = std::chrono::steady_clock::now().time_since_epoch().count();
-  if (last_ >= 0 && now - last_ < kInterval) return false;
-  last_ = now;
-  stopped_ = watch_(user_, what, done) != 0;
+  if (stopped_ || !watch_ || !is_own_thread()) return stopped_;
+  const double now = coarse_now();
+  if (now < next_) return false;
+  next_ = now + kInterval;
+  stopped_ = watch_(user_, what, std::clamp(done, 0.0, 1.0)) != 0;
   return stopped_;
 }
 

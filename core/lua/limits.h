@@ -17,6 +17,11 @@ struct LuaLimits {
   bool seconds_in_all = false, steps_in_all = false;  // of the run, not of each call
 };
 
+// Of a stranger's scene.
+inline LuaLimits safe_limits() {
+  return {.memory = std::size_t{256} << 20, .seconds_in_all = true, .steps_in_all = true};
+}
+
 // Told from another thread that Lua is beyond its budget and cannot be ended: who hears it ends the
 // process.
 using LuaOverrun = void (*)(const ErrorText& why);

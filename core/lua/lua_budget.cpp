@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "core/base/text.h"
 #include "core/lua/lua_state.h"
@@ -47,8 +48,8 @@ std::string running_line(lua_State* L) {
 
 }  // namespace
 
-LuaBudget::LuaBudget(const LuaLimits& limits, bool (*interrupted)())
-    : limits_(limits), interrupted_(interrupted) {
+LuaBudget::LuaBudget(const LuaLimits& limits, std::function<bool()> interrupted)
+    : limits_(limits), interrupted_(std::move(interrupted)) {
   limits_.memory = std::min(limits.memory, half_of_machine());
   born_ = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }

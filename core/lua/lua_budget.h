@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <lua.hpp>
 #include <string>
 
@@ -20,7 +21,7 @@ class LuaBudget {
  public:
   enum class End { kNone, kInterrupted, kTime, kSteps, kMemory };
 
-  LuaBudget(const LuaLimits& limits, bool (*interrupted)());
+  LuaBudget(const LuaLimits& limits, std::function<bool()> interrupted);
   LuaBudget(const LuaBudget&) = delete;
 
   // The budget of the state that L is a thread of.
@@ -100,7 +101,7 @@ class LuaBudget {
   double used() const;
   ErrorText time_error(const std::string& where) const;
   LuaLimits limits_;
-  bool (*interrupted_)();
+  std::function<bool()> interrupted_;
   std::size_t memory_ = 0, refused_ = 0;  // bytes
   std::string refused_at_;                // the location in the scene, by the limit or the system
   bool by_limit_ = false;

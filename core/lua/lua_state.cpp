@@ -134,8 +134,8 @@ void raise(lua_State* L, ErrorKind kind, const ErrorText& text) {
   std::abort();  // lua_error does not return
 }
 
-LuaState::LuaState(const LuaLimits& limits, bool (*interrupted)(), LuaOverrun overrun)
-    : budget_(limits, interrupted), locale_(newlocale(LC_ALL_MASK, "C", nullptr)) {
+LuaState::LuaState(const LuaLimits& limits, std::function<bool()> interrupted, LuaOverrun overrun)
+    : budget_(limits, std::move(interrupted)), locale_(newlocale(LC_ALL_MASK, "C", nullptr)) {
   if (!locale_) throw std::bad_alloc();
   lua_ = lua_newstate(LuaBudget::allocate, &budget_);
   if (!lua_) throw std::bad_alloc();

@@ -29,7 +29,7 @@ class LuaState {
  public:
   // `interrupted`, if any, is asked every thousand instructions; a yes ends what runs with the
   // error "interrupted". `overrun`, if any, is called where the budget cannot stop Lua.
-  explicit LuaState(const LuaLimits& limits, bool (*interrupted)() = nullptr,
+  explicit LuaState(const LuaLimits& limits, std::function<bool()> interrupted = {},
                     LuaOverrun overrun = nullptr);
   ~LuaState();
   LuaState(const LuaState&) = delete;

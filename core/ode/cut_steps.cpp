@@ -25,9 +25,11 @@ Advance CutSteps::advance(OdeSystem& system, double t, double h, std::int64_t mo
     events->begin(at, rest, from_.data());
     for (int n = 0;; ++n) {
       if (anew) method_->restart(at, length, from_.data());
-      const StepStatus status = method_->step(system, at, length, from_.data(), to_.data());
+      StepStatus status = method_->step(system, at, length, from_.data(), to_.data());
+      if (system.cancellation().gives_up()) status = StepStatus::kStopped;
       if (status != StepStatus::kDone) {
         std::copy_n(to_.data(), to_.size(), x_next);
+        if (status == StepStatus::kStopped) method_->restart(t, h, x);
         return {status};
       }
       const double s =

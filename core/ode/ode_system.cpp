@@ -25,6 +25,7 @@ class StageByStage final : public Stepper {
       const auto row = static_cast<std::size_t>(i);
       const Stage stage = form(x, h, &plan_.a[row * k_.size()], i);
       system_->eval(t + plan_.c[row] * h, stage, x_next, k_[row].data());
+      if (system_->cancellation().gives_up()) return false;
     }
     system_->combine(form(x, h, plan_.b.data(), plan_.stages), x_next);
     return all_finite({x_next, system_->size()});

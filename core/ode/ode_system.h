@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/base/cancellation.h"
 #include "core/ode/embedded_stepper.h"
 #include "core/ode/events.h"
 #include "core/ode/implicit/implicit_explicit.h"
@@ -115,11 +116,15 @@ class OdeSystem {
   virtual std::vector<std::string> notes() const { return {}; }
 
   // Sets a function that is polled within long steps: true ends such a step with kStopped.
-  void stop_when(std::function<bool()> stop) { stop_ = std::move(stop); }
-  bool stopped() const { return stop_ && stop_(); }
+  void stop_when(std::function<bool()> stop) { cancellation_.when(std::move(stop)); }
+  bool stopped() const { return cancellation_.requested(); }
+  // True after the present step was given up: evaluations since then mean nothing, and methods end
+  // the step with kStopped.
+  bool gave_up() const { return cancellation_.given_up(); }
+  Cancellation& cancellation() { return cancellation_; }
 
  private:
-  std::function<bool()> stop_;
+  Cancellation cancellation_;
 };
 
 }  // namespace sim

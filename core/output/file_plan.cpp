@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/plugin/registry.h"
+#include "core/scene/scene_spec.h"
 
 namespace sim {
 namespace {
@@ -170,6 +172,12 @@ void FilePlan::check() const {
     for (std::size_t j = 0; j < i; ++j)
       if (plans[i].output != plans[j].output && in_conflict(plans[j], plans[i]))
         refuse(plans[j], plans[i]);
+}
+
+void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan) {
+  for (const InputFile& file : scene.inputs)
+    if (file.hash != 0) plan.reads(file.name == "scene" ? "the scene" : "the module", file.path);
+  for (const auto& library : registry.libraries()) plan.reads("the plugin", library.string());
 }
 
 }  // namespace sim

@@ -8,6 +8,9 @@
 
 namespace sim {
 
+class Registry;
+struct SceneSpec;
+
 // The file that a name leads to, with all links followed, whether or not it is there yet.
 std::filesystem::path resolved_file(const std::string& name);
 
@@ -34,5 +37,8 @@ class FilePlan {
   std::vector<Entry> entries_;
   int outputs_ = 0;
 };
+
+// Plans the files that were read for the scene, and the libraries of plugins.
+void plan_inputs(const SceneSpec& scene, const Registry& registry, FilePlan& plan);
 
 }  // namespace sim

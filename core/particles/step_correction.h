@@ -24,7 +24,8 @@ class StepCorrection {
   };
   enum class Outcome { kUnchanged, kChanged, kFailed };
   // Projects x_next onto the states that it allows; kUnchanged: x_next keeps its bits. A pure
-  // function of the step and of memory(), bit for bit.
+  // function of the step and of memory(), bit for bit. A long one asks
+  // ThreadPool::gives_up(), and then ends with its memory and its account as they were.
   virtual Outcome apply(const Step& step) = 0;
   virtual std::string failure() const { return {}; }  // after kFailed: why, in one sentence
 

@@ -163,7 +163,10 @@ JudgedCase::JudgedCase(StudiedScene& scene, Registry& registry, CaseTask task)
   track_.judge(figures);
 }
 
-void JudgedCase::run() { study::follow(track_, task_.stop); }
+void JudgedCase::run() {
+  track_.system().stop_when(task_.stop);  // in long steps
+  study::follow(track_, task_.stop);
+}
 
 std::vector<std::string> JudgedCase::row(double seconds) {
   if (task_.verify)

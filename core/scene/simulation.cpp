@@ -289,6 +289,7 @@ Simulation::Simulation(const SystemSpec& spec, Registry& registry, const RunOpti
   } else {
     s.compile_field(spec, registry);
   }
+  s.pool->serve(s.system->cancellation());
   s.shape = s.system->shape();
   s.x = Array(s.system->size());
   s.x_next = Array(s.system->size());
@@ -317,6 +318,8 @@ int Simulation::steps(std::int64_t most) {
   s.begin_contact(t());
   if (!s.corrections.empty() || s.breaking.any()) most = 1;
   const FloatControl control;
+  const Cancellation::Step step(s.system->cancellation());
+  const std::vector<double> before = s.memory_for_corrections();
   Advance now;
   try {
     now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
@@ -332,6 +335,8 @@ int Simulation::steps(std::int64_t most) {
   }
   if (!s.correct(t(), h())) {
     s.restart();
+    if (!before.empty() && s.divergence.status == StepStatus::kStopped)
+      s.integrator->recall(before);
     return 0;
   }
   s.break_ties(s.t(s.step_count + now.taken), h());
@@ -352,6 +357,7 @@ bool Simulation::step_to(double end) {
   if (s.some_sleep(end)) return s.advance_awake(1, end) == 1;
   s.begin_contact(t());
   if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
+  const Cancellation::Step step(s.system->cancellation());
   const StepStatus status =
       s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
   if (status != StepStatus::kDone && s.find_divergence(status)) {

@@ -74,8 +74,12 @@ struct Simulation::Impl {
   IntegratorInfo info_of(const Method& method, const SourceLocation& place) const;
   void make_integrator(const Settings& wanted, const SourceLocation& place);
   Error blaming_force(const Error& misfit, const SourceLocation& scene) const;
-  // x_next := the corrected step from t; false if a correction fails.
+  // x_next := the corrected step from t; false if a correction fails or the step is given up.
   bool correct(double t, double h);
+  // The memory of the integrator before a step that corrections may give up.
+  std::vector<double> memory_for_corrections() const {
+    return stop && !corrections.empty() ? integrator->memory() : std::vector<double>();
+  }
   // Steps of a scene with sleeping islands: up to `most` of the awake ones, at least one, or a
   // single one to another `end`; returns their number.
   int advance_awake(std::int64_t most, std::optional<double> end = {});

@@ -181,11 +181,24 @@ double Simulation::Impl::late_books(double t, double h) const {
 }
 
 bool Simulation::Impl::correct(double t, double h) {
-  const auto refuse = [&](const std::string& why) {
-    divergence = {StepStatus::kNotAllowed, -1, step_count + 1, t + h, h, "", "", why};
+  const auto fail = [&](StepStatus status, const std::string& why) {
+    divergence = {status, -1, step_count + 1, t + h, h, "", "", why};
     return false;
   };
+  const auto refuse = [&](const std::string& why) { return fail(StepStatus::kNotAllowed, why); };
+  // What those that are done remember is undone where a later one gives the step up.
+  const bool may_undo = stop && corrections.size() > 1;
+  const ContactWork work_before = contact_work;
+  std::vector<std::vector<double>> memories;
+  const auto give_up = [&] {
+    for (std::size_t i = 0; i < memories.size(); ++i)
+      if (corrections[i]->has_memory()) corrections[i]->recall(memories[i]);
+    contact_work = work_before;
+    return fail(StepStatus::kStopped, "");
+  };
   for (const auto& correction : corrections) {
+    if (system->cancellation().gives_up()) return give_up();
+    if (may_undo) memories.push_back(correction->memory());
     begin_books();
     StepCorrection::Outcome outcome = StepCorrection::Outcome::kFailed;
     try {
@@ -194,6 +207,7 @@ bool Simulation::Impl::correct(double t, double h) {
       restart();
       rethrow_in_step();
     }
+    if (system->gave_up()) return give_up();
     if (outcome == StepCorrection::Outcome::kFailed) return refuse(correction->failure());
     if (outcome == StepCorrection::Outcome::kChanged) {
       if (!all_finite({x_next.data(), x_next.size()}))

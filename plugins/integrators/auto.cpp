@@ -73,6 +73,11 @@ class Automatic final : public sim::Integrator {
   sim::Advance advance(sim::OdeSystem& system, double t, double h, std::int64_t most,
                        const double* x, double* x_next) override {
     if (spent_ >= kLook) look_again(t, h, x);
+    if (system.gave_up()) {  // in a trial: the next look comes with the next step
+      spent_ = kLook;
+      longest_ = 0;
+      return {sim::StepStatus::kStopped};
+    }
     const sim::Effort before = method_->effort();
     sim::Advance now;
     if (method_->info().adaptive)

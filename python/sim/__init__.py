@@ -16,7 +16,7 @@ except ImportError as missing:
 
 from ._library import Error, lib as _lib
 from ._scene import (Energy, Field, Scene, Snapshot, Spring, StaleView, System, Verdict, View,
-                     field, load, scene)
+                     field, load, resume, scene)
 from ._study import (Result, compare, minimal, order, plugins, rest, scenes, stability, study,
                      sweep, tradeoff)
 
@@ -24,4 +24,4 @@ __version__ = _lib.sim_version().decode()
 
 __all__ = ["Energy", "Error", "Field", "Result", "Scene", "Snapshot", "Spring", "StaleView",
            "System", "Verdict", "View", "compare", "field", "load", "minimal", "order", "plugins",
-           "rest", "scene", "scenes", "stability", "study", "sweep", "tradeoff"]
+           "rest", "resume", "scene", "scenes", "stability", "study", "sweep", "tradeoff"]

@@ -67,10 +67,16 @@ class VerdictRecord(ctypes.Structure):
         "horizon", "seconds")]
 
 
+class LookRecord(ctypes.Structure):
+    _fields_ = [("size", c_size_t), ("width", c_int), ("height", c_int), ("color", c_char_p),
+                ("camera", c_char_p), ("springs", POINTER(c_char_p)), ("wireframe", c_int)]
+
+
 WATCH = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
 FIELD = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_void_p, c_void_p, c_size_t)
 
 _ERROR, _OPTIONS, _VECTOR = POINTER(ErrorRecord), POINTER(Options), c_double * 3
+_LOOK = POINTER(LookRecord)
 
 _FUNCTIONS = {
     "sim_interface_version": (c_int, []),
@@ -85,6 +91,8 @@ _FUNCTIONS = {
     "sim_describe_plugins": (c_void_p, [c_char_p, _OPTIONS, _ERROR]),
     "sim_scenes": (c_void_p, [_ERROR]),
     "sim_step": (c_int, [c_void_p, c_int64, POINTER(c_int64), _ERROR]),
+    "sim_step_watched": (c_int, [c_void_p, c_int64, POINTER(c_int64), WATCH, c_void_p, _ERROR]),
+    "sim_step_for": (c_int, [c_void_p, c_int64, c_double, POINTER(c_int64), _ERROR]),
     "sim_run": (c_int, [c_void_p, c_double, c_int, WATCH, c_void_p, _ERROR]),
     "sim_reset": (c_int, [c_void_p, _ERROR]),
     "sim_time": (c_double, [c_void_p, c_int]),
@@ -119,6 +127,16 @@ _FUNCTIONS = {
     "sim_study": (c_void_p, [c_char_p, c_char_p, c_char_p, POINTER(c_char_p), _OPTIONS, WATCH,
                              c_void_p, _ERROR]),
     "sim_picture": (c_void_p, [c_void_p, c_int, c_int, c_char_p, POINTER(c_size_t), _ERROR]),
+    "sim_save": (c_int, [c_void_p, c_char_p, _ERROR]),
+    "sim_resume": (c_int, [c_void_p, c_char_p, _ERROR]),
+    "sim_open_saved": (c_void_p, [c_char_p, _OPTIONS, _ERROR]),
+    "sim_come_to_rest": (c_void_p, [c_void_p, WATCH, c_void_p, _ERROR]),
+    "sim_judge_figures": (c_int, [c_void_p, POINTER(c_char_p), _ERROR]),
+    "sim_check": (c_int, [c_void_p, c_char_p, _ERROR]),
+    "sim_tensions": (c_void_p, [c_void_p, c_int, _ERROR]),
+    "sim_draw": (c_void_p, [c_void_p, _LOOK, POINTER(c_size_t), _ERROR]),
+    "sim_writer_open_look": (c_void_p, [c_void_p, c_char_p, c_double, _LOOK, _ERROR]),
+    "sim_writer_finish": (c_int, [c_void_p, WATCH, c_void_p, _ERROR]),
     "sim_writer_open": (c_void_p, [c_void_p, c_char_p, c_double, _ERROR]),
     "sim_writer_add": (c_int, [c_void_p, _ERROR]),
     "sim_writer_commit": (c_int, [c_void_p, _ERROR]),
@@ -181,7 +199,12 @@ def texts(items):
 
 
 def as_bytes(text):
-    data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode("utf-8")
+    try:
+        data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode(
+            "utf-8", "surrogateescape")  # as names of files have them
+    except UnicodeEncodeError:
+        raise Error("bad text", ascii(text)[:200], "it is no text of Unicode",
+                    "leave surrogates out") from None
     if b"\0" in data:
         raise Error("bad text", repr(text), "it holds a zero byte", "leave it out")
     return data
@@ -234,6 +257,17 @@ def as_setting(value):
     if hasattr(value, "item"):  # a number of numpy
         return as_setting(value.item())
     return repr(value) if isinstance(value, float) else str(value)
+
+
+def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False):
+    """How pictures look, as the library takes it."""
+    record = LookRecord(size=ctypes.sizeof(LookRecord), width=as_int(width, "width"),
+                        height=as_int(height, "height"), color=color and as_bytes(color),
+                        camera=camera and as_bytes(camera), wireframe=bool(wireframe))
+    drawn = texts([springs] if isinstance(springs, (str, int)) else springs)
+    if drawn is not None:
+        record.springs = drawn  # the record keeps it alive
+    return record
 
 
 def options(args, integrator="", dt=0.0, threads=1, off=(), without=(), seed=0, safe=False,

@@ -5,11 +5,16 @@ import collections
 import ctypes
 import html
 import json
+import os
+import time
+import weakref
+from ctypes import c_int64
 
 import numpy as np
 
 from ._library import (FIELD, STOPPED, Energies, Error, ErrorRecord, Part, SpringRecord,
-                       VerdictRecord, Watching, as_bytes, as_int, as_number, as_vector, check, lib, options, taken)
+                       VerdictRecord, Watching, as_bytes, as_int, as_number, as_vector, check,
+                       lib, look, options, taken, texts)
 
 Spring = collections.namedtuple("Spring", "family to stiffness rest length force")
 Spring.__doc__ = "A spring: family, particle at its other end, N/m, m, m, N (positive: stretched)."
@@ -211,6 +216,14 @@ class System:
         return [Spring(one.family.decode(), one.to, one.stiffness, one.rest, one.length, one.force)
                 for one in records[:count.value]]
 
+    @property
+    def tensions(self):
+        """What constraints hold with now, a list of dicts: constraint, a, b (particles; -1: none),
+        tension (N), force (N, on a)."""
+        scene = self._scene
+        return json.loads(taken(lib.sim_tensions(scene._open(), self._index, scene._failed),
+                                scene._failed))
+
     def _change(self, function, *arguments):
         scene = self._scene
         check(function(scene._open(), self._index, *arguments, scene._failed), scene._failed)
@@ -244,7 +257,16 @@ class System:
         self._change(lib.sim_cut, as_int(a, "a"), as_int(b, "b"))
 
 
-class Snapshot:
+class Owner:
+    """What owns something in the library, of which there is no copy."""
+
+    def __reduce_ex__(self, _protocol):
+        name = type(self).__name__
+        raise Error("no copy", name, "it is a handle of the library in this process",
+                    "load the scene again, or save() and sim.resume() it")
+
+
+class Snapshot(Owner):
     """The state of all systems of a scene, to be restored there."""
 
     def __init__(self, scene):
@@ -257,21 +279,24 @@ class Snapshot:
             lib.sim_snapshot_free(self._handle)
 
 
-class Scene(System):
+class Scene(System, Owner):
     """A scene as it is now, from sim.load(), sim.scene() or sim.field().
 
     One thread at a time may use it; different scenes run in different threads at once, for the
     library works without Python's lock.
     """
 
-    def __init__(self, handle, failed, keep=()):
-        self._handle, self._failed, self._keep = None, failed, keep
+    def __init__(self, handle, failed, keep=(), threads=1):
+        self._handle, self._failed, self._keep, self._threads = None, failed, keep, threads
         if not handle:
             raise failed.exception()
         self._handle, self._index, self._shapes = ctypes.c_void_p(handle), 0, {}
+        _scenes.add(self)
 
     _scene = property(lambda self: self)
+    _gone = "it was closed"  # where there is no handle
     _ended = None  # an event that ends runs and steps
+    _long = False  # a single step takes long
 
     @property
     def systems(self):
@@ -280,7 +305,7 @@ class Scene(System):
 
     def _open(self):
         if self._handle is None:
-            raise Error("closed scene", "scene", "it was closed", "load it again")
+            raise Error("closed scene", "scene", self._gone, "load it again")
         return self._handle
 
     def close(self):
@@ -301,29 +326,29 @@ class Scene(System):
 
     def step(self, n=1):
         """Takes n steps of each system. Raises Error (code 4) where one cannot be taken; the scene
-        is then as it was before that one. Ctrl-C ends it after some steps, never within one, as it
-        ends run().
+        is then as it was before that one. Ctrl-C ends it, also within a step, which is then given
+        up: the scene is as it was before that one, and can be stepped further.
         """
-        handle, failed = self._handle or self._open(), self._failed
-        if n.__class__ is not int:
-            n = as_int(n, "n", 0, 2**63 - 1)
-        chunk = 64
-        while n > chunk:  # Python hears of signals in between
-            if self._ended is not None and self._ended.is_set():
-                raise Error("stopped", code=STOPPED)
-            if lib.sim_step(handle, chunk, None, failed):
+        if n.__class__ is not int or n > _MOST:
+            n = as_int(n, "n", 0, _MOST)
+        if not self._long:
+            taken = None if n == 1 else c_int64()
+            code = _step_for(self._handle or self._open(), n, _SHORT, taken, self._failed)
+            if not code:
+                return
+            if code != STOPPED:
                 self._fail()
-            n -= chunk
-            chunk = self._grown(chunk)
-        if _step(handle, n, None, failed):
-            self._fail()
+            n -= taken.value if taken else 0
+        self._step_watched(n)
 
-    def _grown(self, chunk):
-        import time
-        now = time.monotonic()
-        quick = now - getattr(self, "_stepped", 0) < 0.02
-        self._stepped = now
-        return min(2 * chunk, 1 << 20) if quick else max(1, chunk // 2)
+    def _step_watched(self, n):
+        """Steps that take long, beside a thread that hears Ctrl-C."""
+        begun, taken, watching = time.monotonic(), c_int64(), Watching(False, self._ended)
+        code = watching.call(lib.sim_step_watched, self._open(), n, taken, watching.watch,
+                             None, self._failed)
+        self._long = time.monotonic() - begun > _SHORT * taken.value
+        if code:
+            self._fail()
 
     def _fail(self):
         failure = getattr(self, "_raised", None)
@@ -332,10 +357,15 @@ class Scene(System):
             raise failure
         raise self._failed.exception()
 
-    def run(self, time=None, verify=None, progress=None):
+    def run(self, time=None, verify=None, progress=None, of=None):
         """A judged run of `time` s from now, or to the end of the scene's duration; returns the
         verdict. verify: True runs it a second time with half the step, False does not, None does
-        where that takes a second or a core is free, until it doubts. progress: see sim.tradeoff(). Ctrl-C ends it."""
+        where that takes a second or a core is free, until it doubts. of: figures of what the scene
+        observes, "mean sag", that this run and those after it judge, too; `summary` has them.
+        progress: see sim.tradeoff(). Ctrl-C ends it."""
+        if of is not None:
+            named = texts([of] if isinstance(of, str) else of)
+            check(lib.sim_judge_figures(self._open(), named, self._failed), self._failed)
         watching = Watching(progress, self._ended)
         wish = 1 if verify is None else 2 if verify else 0
         code = watching.call(lib.sim_run, self._open(), length(time), wish,
@@ -344,6 +374,22 @@ class Scene(System):
         if code and not (code == STOPPED and watching.stopped):
             self._fail()
         return self.verdict
+
+    def check(self, limits):
+        """Raises Error (code 8) where the last run() is not within limits, as --check has them:
+        "verified,energy=1%,strain=20%,dt=90%"."""
+        check(lib.sim_check(self._open(), as_bytes(limits), self._failed), self._failed)
+
+    def come_to_rest(self, progress=None):
+        """Brings the scene to rest, where it stays, at its present time. Returns a dict: force left
+        (N), in_play (N), potential (J); a list of them in a world. Raises Error where there is
+        none; the scene is then as it was."""
+        watching = Watching(progress, self._ended)
+        block = watching.call(lib.sim_come_to_rest, self._open(), watching.watch, None,
+                              self._failed)
+        watching.finish()
+        found = json.loads(taken(block, self._failed))["systems"]
+        return found[0] if len(found) == 1 else found
 
     def choose(self, allowed=None, of=None, time=None, progress=None):
         """Chooses and sets a method and a step that keep an error, before the first step or change.
@@ -384,11 +430,25 @@ class Scene(System):
         """Of the last run(), as `sim SCENE --json` has it, a dict."""
         return json.loads(taken(lib.sim_verdict_json(self._open(), self._failed), self._failed))
 
-    def picture(self, file=None, width=1280, height=720, color=None):
-        """The scene as it is now: PNG as bytes, or written to a file. color: "strain", "speed"."""
-        size = ctypes.c_size_t()
-        block = lib.sim_picture(self._open(), as_int(width, "width"), as_int(height, "height"),
-                                color and as_bytes(color), size, self._failed)
+    def save(self, file):
+        """Writes a checkpoint, from which resume(), sim.resume() and `--resume` go on bit for
+        bit. The file takes its name when it is whole."""
+        check(lib.sim_save(self._open(), as_bytes(file), self._failed), self._failed)
+
+    def resume(self, file):
+        """Goes on where a scene that was loaded likewise was saved."""
+        check(lib.sim_resume(self._open(), as_bytes(file), self._failed), self._failed)
+
+    def picture(self, file=None, width=1280, height=720, color=None, camera=None, springs=(),
+                wireframe=False):
+        """The scene as it is now: PNG as bytes, or written to a file. color: "strain", "speed:2";
+        camera: "eye=1,2,3 at=0,0,0 up=0,1,0 fov=40", or parts (m, degrees); springs: which are
+        drawn, of a particle, a family or "all"; wireframe: only the lines of surfaces."""
+        size, record = ctypes.c_size_t(), look(width, height, color, camera, springs, wireframe)
+        if record.width == 0 and record.height == 0:
+            raise Error("bad value", "width = 0, height = 0", "a picture has pixels",
+                        "give both, like 1280 and 720")
+        block = lib.sim_draw(self._open(), record, size, self._failed)
         if not block:
             raise self._failed.exception()
         try:
@@ -401,11 +461,13 @@ class Scene(System):
             out.write(data)
         return None
 
-    def write(self, file, time=0.0, fps=30.0):
+    def write(self, file, time=0.0, fps=30.0, progress=None, **looks):
         """Writes a file of any kind that `sim --out` knows: of now, or of `time` s from now in
-        steps, fps pictures a second of simulated time."""
-        fps, time = as_number(fps, "fps", 1e-9), as_number(time, "time", 0)
-        writer = lib.sim_writer_open(self._open(), as_bytes(file), fps, self._failed)
+        steps, fps pictures a second of simulated time. looks: width, height, color, camera, springs
+        and wireframe of pictures and films, as in picture(). Ctrl-C ends it; no file is left."""
+        fps, time = as_number(fps, "fps", 1e-6), as_number(time, "time", 0)
+        writer = lib.sim_writer_open_look(self._open(), as_bytes(file), fps, look(**looks),
+                                          self._failed)
         if not writer:
             raise self._failed.exception()
         try:
@@ -414,7 +476,10 @@ class Scene(System):
             for _ in range(round(time / (stride * self.dt))):
                 self.step(stride)
                 check(lib.sim_writer_add(writer, self._failed), self._failed)
-            check(lib.sim_writer_commit(writer, self._failed), self._failed)
+            watching = Watching(progress, self._ended)
+            code = watching.call(lib.sim_writer_finish, writer, watching.watch, None, self._failed)
+            watching.finish()
+            check(code, self._failed)
         finally:
             lib.sim_writer_close(writer)
 
@@ -438,7 +503,22 @@ class Scene(System):
                 f"<br><code>{html.escape(repr(self))}</code><br>{html.escape(said)}")
 
 
-_step = lib.sim_step
+_scenes = weakref.WeakSet()
+
+
+def _leave_to_parent():
+    """In a child of os.fork(): the threads that steps use are those of the parent."""
+    for scene in list(_scenes):
+        if scene._handle is not None and scene._threads != 1:
+            scene._handle, scene._gone = None, "its threads are in the process that forked this one"
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_to_parent)
+
+_step_for = lib.sim_step_for
+_MOST = 2**63 - 1
+_SHORT = 0.05  # s, that the thread which hears Ctrl-C may be in the library
 
 
 def length(time):
@@ -459,7 +539,15 @@ def load(name, args=None, **rest):
     in the dict `args`, are parameters of the scene: load("scenes/cloth.lua", n=32).
     """
     failed, record = ErrorRecord(), _asked(args, rest)
-    return Scene(lib.sim_open(as_bytes(name), record, failed), failed)
+    return Scene(lib.sim_open(as_bytes(name), record, failed), failed, threads=record.threads)
+
+
+def resume(file, args=None, **rest):
+    """The scene of a checkpoint, which save() or `sim --snap` wrote, where it was then. Other
+    arguments as in load(), over those that the checkpoint names."""
+    failed, record = ErrorRecord(), _asked(args, rest)
+    return Scene(lib.sim_open_saved(as_bytes(file), record, failed), failed,
+                 threads=record.threads)
 
 
 def scene(text, name="scene.lua", args=None, **rest):
@@ -467,7 +555,7 @@ def scene(text, name="scene.lua", args=None, **rest):
     which may be left out. `name` is what errors call it. Other arguments as in load()."""
     failed, record = ErrorRecord(), _asked(args, rest)
     handle = lib.sim_open_text(as_bytes(with_language(text)), as_bytes(name), record, failed)
-    return Scene(handle, failed)
+    return Scene(handle, failed, threads=record.threads)
 
 
 def with_language(text):
@@ -512,6 +600,10 @@ class Field(Scene):
         super().__init__(handle, failed, keep=(callback,))
         self._failures, self._shape = failures, shape
 
+    # Ctrl-C that Python hears on its way into a callback would be lost: steps are always taken
+    # beside the thread that hears it.
+    _long = property(lambda self: True, lambda self, value: None)
+
     @property
     def x(self):
         """The numbers of the state, a copy in the shape of x0."""
@@ -524,9 +616,9 @@ class Field(Scene):
             raise failure
         super()._fail()
 
-    def run(self, time=None, verify=None, progress=None):
+    def run(self, time=None, verify=None, progress=None, of=None):
         try:
-            return super().run(time, verify, progress)
+            return super().run(time, verify, progress, of)
         finally:
             self._failures.clear()
 

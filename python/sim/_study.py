@@ -44,7 +44,7 @@ def _texts_of(asked):
             continue
         values = value if isinstance(value, (list, tuple)) else [value]
         words = [as_setting(one) for one in values]
-        pairs += [(name, word) for word in words] if name in ("over", "of") else (
+        pairs += [(name, word) for word in words] if name in ("over", "of", "out", "springs") else (
             [(name, ",".join(words))] if words else [])
     return texts([f"{name}={word}" for name, word in pairs])
 
@@ -115,7 +115,7 @@ def rest(scene, **rest):
     return study("rest", scene, **rest)
 
 
-def compare(scene, methods=(), time=None, reference=None, of=None, **rest):
+def compare(scene, methods=(), time=None, reference=None, of=None, out=(), look=None, **rest):
     """The same scene with several methods, each with its error against a reference.
 
     methods: "rk4", ("rk4", 0.001) with a step in s, ...; none: the scene's own and some known ones.
@@ -124,8 +124,12 @@ def compare(scene, methods=(), time=None, reference=None, of=None, **rest):
     to be compared, too. result.rows: one a method, with integrator, dt (s), steps, evaluations,
     seconds (of wall time), error: rms of positions, m, the largest of all times; rms: that at the
     end; most: of one particle, m; off: of what is observed; diverged_at, s.
+    out: files with a panel for each method, of any kind that `sim compare --out` knows; look: how
+    they look, a dict with fps, color, camera, size ("1280x720"), springs, wireframe.
     """
-    asked = dict(time=time, of=of)
+    asked = dict(look or {}, time=time, of=of, out=out)
+    if "wireframe" in asked:
+        asked["wireframe"] = int(bool(asked["wireframe"]))
     pairs = [one if isinstance(one, tuple) else (one, 0.0) for one in methods]
     if pairs:
         asked.update(integrators=[name for name, _ in pairs], dt=[dt for _, dt in pairs])

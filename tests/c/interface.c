@@ -29,6 +29,8 @@ static void tell(const sim_error* error) {
          error->remedy);
 }
 
+static double number_in(const char* json, const char* name);
+
 static sim_scene* open_or_tell(const char* name, const sim_options* options) {
   sim_error error;
   sim_scene* scene = sim_open(name, options, &error);
@@ -159,6 +161,214 @@ static void runs_are_judged(void) {
   CHECK(sim_run(cloth, 0, 0, NULL, NULL, NULL) == SIM_OK);
   CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
   CHECK(sim_judge(cloth, 0, &verdict, NULL) == SIM_OK && verdict.trust == 1);
+  sim_close(cloth);
+}
+
+/* Steps that are ended from outside leave the last whole state, from which the same bits follow. */
+static void steps_are_ended(void) {
+  static const char* const settings[] = {"n=300", NULL};
+  struct watched seen = {0, 1};
+  sim_options options = SIM_OPTIONS;
+  sim_scene *cloth, *whole;
+  sim_error error;
+  int64_t taken = -1, all = 0;
+  int i;
+  options.settings = settings;
+  options.dt = 1e-4;
+  cloth = open_or_tell("scenes/cloth.lua", &options);
+  whole = open_or_tell("scenes/cloth.lua", &options);
+  CHECK(sim_step_watched(cloth, 1000000, &taken, watch, &seen, &error) == SIM_STOPPED);
+  CHECK(seen.calls == 1 && taken >= 0 && taken < 1000000 && error.code == SIM_STOPPED);
+  CHECK(sim_step_count(cloth, 0) == taken);
+  all = taken;
+  for (i = 0; i < 20; ++i) {
+    CHECK(sim_step_for(cloth, 1000000, 0.001 * (double)i, &taken, NULL) == SIM_STOPPED);
+    CHECK(taken >= 0 && taken < 1000000);
+    all += taken;
+  }
+  CHECK(sim_step_count(cloth, 0) == all);
+  CHECK(sim_step(whole, all, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(whole, 0) == sim_hash(cloth, 0));
+  CHECK(sim_step_for(cloth, 1, NAN, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_step_for(cloth, -1, 1, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_step_watched(cloth, -1, NULL, NULL, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_step_watched(cloth, 1, &taken, NULL, NULL, NULL) == SIM_OK && taken == 1);
+  CHECK(sim_step_for(cloth, 3, INFINITY, &taken, NULL) == SIM_OK && taken == 3);
+  sim_close(cloth);
+  sim_close(whole);
+  /* A world: its systems stay together. */
+  cloth = open_or_tell("scenes/sample.lua", NULL);
+  CHECK(sim_step_for(cloth, 40, INFINITY, &taken, NULL) == SIM_OK && taken == 40);
+  CHECK(sim_step_for(cloth, INT64_MAX, 0.02, &taken, NULL) == SIM_STOPPED && taken > 0);
+  for (i = 0; i < sim_systems(cloth); ++i) CHECK(sim_step_count(cloth, i) == 40 + taken);
+  sim_close(cloth);
+}
+
+/* A force of the scene that does not come to its end is ended, too. */
+static void functions_of_scenes_are_ended(void) {
+  static const char* const endless =
+      "local sim = require 'sim' local p = sim.particles() p:add {0, 0, 0}\n"
+      "local f = sim.force.lua { f = function(t) while t > 0.05 do end return 0, 0, 0 end }\n"
+      "return sim.scene { particles = p, forces = { f }, integrator = 'euler', dt = 0.01,\n"
+      "  duration = 1 }";
+  struct watched seen = {0, 1};
+  sim_scene* scene = sim_open_text(endless, "endless.lua", NULL, NULL);
+  sim_error error;
+  int64_t taken = 0;
+  CHECK(scene != NULL);
+  CHECK(sim_step_watched(scene, 100, &taken, watch, &seen, &error) == SIM_STOPPED && taken == 6);
+  CHECK(sim_step_for(scene, 100, 0.1, &taken, &error) == SIM_STOPPED && taken == 0);
+  CHECK(fabs(sim_time(scene, 0) - 0.06) < 1e-12);
+  seen.calls = 0;
+  seen.stop_at = 3;
+  CHECK(sim_run(scene, 1, 0, watch, &seen, &error) == SIM_STOPPED);
+  CHECK(fabs(sim_time(scene, 0) - 0.06) < 1e-12);
+  sim_close(scene);
+}
+
+static void checkpoints_are_gone_on_from(const char* folder) {
+  sim_scene *cloth = open_or_tell("scenes/cloth.lua", NULL), *other;
+  sim_error error;
+  sim_verdict verdict;
+  char file[512], *json;
+  FILE* bad;
+  snprintf(file, sizeof file, "%s/cloth.snap", folder);
+  CHECK(sim_step(cloth, 100, NULL, NULL) == SIM_OK && sim_save(cloth, file, NULL) == SIM_OK);
+  CHECK(sim_reset(cloth, NULL) == SIM_OK && sim_resume(cloth, file, NULL) == SIM_OK);
+  CHECK(sim_step_count(cloth, 0) == 100);
+  CHECK(sim_run(cloth, 1.5, 0, NULL, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(cloth, 0) == CLOTH_HASH);
+  other = sim_open_saved(file, NULL, &error);
+  CHECK(other && sim_step(other, 300, NULL, NULL) == SIM_OK && sim_hash(other, 0) == CLOTH_HASH);
+  sim_close(other);
+  /* The books of a run go on, as with --snap and --resume. */
+  CHECK(sim_reset(cloth, NULL) == SIM_OK && sim_run(cloth, 0.5, 0, NULL, NULL, NULL) == SIM_OK);
+  json = sim_verdict_json(cloth, NULL);
+  CHECK(sim_save(cloth, file, NULL) == SIM_OK);
+  other = sim_open_saved(file, NULL, &error);
+  CHECK(other && sim_run(other, 1.5, 0, NULL, NULL, NULL) == SIM_OK);
+  CHECK(sim_hash(other, 0) == CLOTH_HASH);
+  CHECK(sim_judge(other, 0, &verdict, NULL) == SIM_OK && verdict.trust == 1);
+  {
+    char* later = sim_verdict_json(other, NULL);
+    CHECK(number_in(strstr(json, "\"energy\""), "start") ==
+          number_in(strstr(later, "\"energy\""), "start"));
+    sim_free(later);
+  }
+  sim_free(json);
+  sim_close(other);
+  other = open_or_tell("scenes/pendulum.lua", NULL);
+  CHECK(sim_resume(other, file, &error) == SIM_CHECKPOINT && error.why[0] && error.remedy[0]);
+  CHECK(sim_resume(other, "no/such/file", &error) == SIM_IO);
+  CHECK(sim_save(other, "/no/such/folder/x", &error) == SIM_IO);
+  CHECK(sim_save(other, "-", &error) == SIM_USAGE && sim_save(other, "", NULL) == SIM_USAGE);
+  CHECK(sim_save(NULL, file, NULL) == SIM_USAGE && sim_save(other, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_resume(NULL, file, NULL) == SIM_USAGE && sim_resume(other, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_open_saved(NULL, NULL, NULL) == NULL);
+  bad = fopen(file, "r+b");
+  if (bad) {
+    fseek(bad, 200, SEEK_SET);
+    fputc(7, bad);
+    fclose(bad);
+  }
+  CHECK(sim_open_saved(file, NULL, &error) == NULL && error.code == SIM_CHECKPOINT);
+  remove(file);
+  sim_close(other);
+  sim_close(cloth);
+}
+
+static void runs_are_asked_for_figures(void) {
+  static const char* const figures[] = {"mean sag", NULL};
+  static const char* const moments[] = {"sag", NULL};
+  sim_scene* scene = open_or_tell("scenes/pendulum.lua", NULL);
+  sim_error error;
+  char* json;
+  CHECK(sim_check(scene, "energy=1%", &error) == SIM_USAGE);
+  CHECK(sim_judge_figures(scene, moments, &error) == SIM_USAGE && strstr(error.remedy, "mean sag"));
+  CHECK(sim_judge_figures(scene, figures, NULL) == SIM_OK);
+  CHECK(sim_run(scene, 1, 2, NULL, NULL, NULL) == SIM_OK);
+  json = sim_verdict_json(scene, NULL);
+  CHECK(json && strstr(json, "\"mean sag\""));
+  sim_free(json);
+  CHECK(sim_check(scene, "verified,energy=50%", &error) == SIM_OK);
+  CHECK(sim_check(scene, "energy=0", &error) == SIM_CHECK && error.why[0] && error.remedy[0]);
+  CHECK(sim_check(scene, "nonsense", &error) == SIM_USAGE);
+  json = sim_come_to_rest(scene, NULL, NULL, &error);
+  CHECK(json && number_in(json, "force") < 1e-6 * number_in(json, "in_play"));
+  sim_free(json);
+  sim_close(scene);
+  scene = open_or_tell("scenes/rope.lua", NULL);
+  CHECK(sim_step(scene, 3, NULL, NULL) == SIM_OK);
+  json = sim_tensions(scene, 0, &error);
+  CHECK(json && strstr(json, "\"tension\"") && number_in(json, "b") == 1);
+  sim_free(json);
+  sim_close(scene);
+  scene = open_or_tell("scenes/cloth.lua", NULL);
+  json = sim_tensions(scene, 0, NULL);
+  CHECK(json && strcmp(json, "[]") == 0);
+  sim_free(json);
+  CHECK(sim_tensions(scene, 1, NULL) == NULL && sim_tensions(NULL, 0, NULL) == NULL);
+  sim_close(scene);
+  scene = open_or_tell("scenes/circle.lua", NULL);
+  CHECK(sim_come_to_rest(scene, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_step(scene, 1, NULL, NULL) == SIM_OK);
+  sim_close(scene);
+}
+
+/* Looks of pictures, as the options of the command line. */
+static void pictures_have_looks(const char* folder) {
+  static const char* const springs[] = {"12", "shear", NULL};
+  static const char* const bad_springs[] = {"nonsense", NULL};
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  sim_look look = SIM_LOOK;
+  sim_error error;
+  size_t size = 0, other = 0;
+  unsigned char *png, *plain;
+  char file[512];
+  sim_writer* writer;
+  struct watched seen = {0, 1};
+  look.width = 64, look.height = 48;
+  plain = sim_draw(cloth, &look, &size, &error);
+  CHECK(plain && memcmp(plain, "\x89PNG", 4) == 0);
+  look.camera = "eye=3,1,2 at=0.5,0,0.5 fov=25";
+  look.springs = springs;
+  look.wireframe = 1;
+  look.color = "speed:2";
+  png = sim_draw(cloth, &look, &other, &error);
+  CHECK(png && (size != other || memcmp(png, plain, size) != 0));
+  sim_free(png);
+  sim_free(plain);
+  look.springs = bad_springs;
+  png = sim_draw(cloth, &look, &other, &error);
+  CHECK(png == NULL && error.code == SIM_USAGE);
+  look.springs = NULL;
+  look.camera = "eye=1,2";
+  CHECK(sim_draw(cloth, &look, &other, &error) == NULL && error.code == SIM_USAGE);
+  look.camera = NULL;
+  look.height = 0;
+  CHECK(sim_draw(cloth, &look, &other, NULL) == NULL);
+  look.height = -48;
+  CHECK(sim_draw(cloth, &look, &other, NULL) == NULL);
+  look.height = 48;
+  look.size = 3;
+  CHECK(sim_draw(cloth, &look, &other, NULL) == NULL);
+  look.size = sizeof look;
+  CHECK(sim_draw(cloth, &look, NULL, NULL) == NULL && sim_draw(NULL, &look, &size, NULL) == NULL);
+  png = sim_draw(cloth, NULL, &size, NULL);
+  CHECK(png != NULL);
+  sim_free(png);
+  snprintf(file, sizeof file, "%s/look.png", folder);
+  writer = sim_writer_open_look(cloth, file, 30, &look, &error);
+  CHECK(writer && sim_writer_add(writer, NULL) == SIM_OK);
+  CHECK(sim_writer_finish(writer, NULL, NULL, &error) == SIM_OK && remove(file) == 0);
+  sim_writer_close(writer);
+  snprintf(file, sizeof file, "%s/look-%%d.png", folder);
+  writer = sim_writer_open_look(cloth, file, 30, &look, &error);
+  CHECK(writer && sim_writer_add(writer, NULL) == SIM_OK);
+  CHECK(sim_writer_finish(writer, watch, &seen, &error) == SIM_STOPPED && seen.calls == 1);
+  sim_writer_close(writer);
+  CHECK(sim_writer_open_look(cloth, file, 1e300, NULL, NULL) == NULL);
+  CHECK(sim_writer_finish(NULL, NULL, NULL, NULL) == SIM_USAGE);
   sim_close(cloth);
 }
 
@@ -560,6 +770,11 @@ int main(int argc, char** argv) {
   structures_are_those_of_1_0();
   steps_have_the_known_bits();
   runs_are_judged();
+  steps_are_ended();
+  functions_of_scenes_are_ended();
+  checkpoints_are_gone_on_from(argc > 1 ? argv[1] : ".");
+  runs_are_asked_for_figures();
+  pictures_have_looks(argc > 1 ? argv[1] : ".");
   changes_are_made_and_undone();
   nothing_is_survived();
   bad_scenes_are_told();

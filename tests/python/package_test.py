@@ -2,9 +2,12 @@
 """The package of Python against the command line and closed forms. `package_test.py LIBRARY SIM`"""
 
 import ast
+import copy
 import csv
+import gc
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -154,6 +157,171 @@ def test_a_scene_belongs_to_one_call_at_a_time():
     s.step()
     f = sim.field(lambda t, x: f.x, [1.0])  # a right-hand side that asks for its own state
     assert raises(sim.Error, f.step).what == "busy handle"
+
+
+def interrupted(work, after=0.3):
+    """Seconds from Ctrl-C, which comes so much later, to its exception."""
+    sent = []
+
+    def send():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(after, send)
+    timer.start()
+    raises(KeyboardInterrupt, work)
+    return time.monotonic() - sent[0]
+
+
+ENDLESS = """
+local p, begun = sim.particles(), 0
+p:add {0, 0, 0}
+local f = sim.force.lua { f = function(t) while t > 0.05 do end return 0, 0, 0 end }
+return sim.scene { particles = p, forces = { f }, integrator = "euler", dt = 0.01, duration = 1 }
+"""
+
+
+def test_ctrl_c_ends_a_single_step():
+    with sim.scene(ENDLESS) as s:
+        s.step(6)
+        assert interrupted(s.step) < 5 and s.steps == 6
+        assert interrupted(lambda: s.step(100)) < 5 and s.steps == 6
+        assert interrupted(lambda: s.run(1, verify=False)) < 5 and s.steps == 6
+        s.reset()
+        s.step(5)
+    # One of many particles, in steps that take much longer than the library is left alone.
+    with sim.load("scenes/cloth.lua", n=1000, threads=1, integrator="dop853:tol=1e-3", dt=1e3) as s:
+        assert interrupted(s.step) < 20 and s.steps == 0 and s.t == 0
+        s.set_integrator("rk4")
+        s.dt = 1e-4
+        s.step()
+        cut = s.hash
+        with sim.load("scenes/cloth.lua", n=1000, threads=1, dt=1e-4) as whole:
+            whole.step()
+            assert whole.hash == cut
+        assert interrupted(lambda: s.step(10**9)) < 20 and 0 < s.steps < 10**9
+    with sim.load("scenes/cloth.lua") as s:
+        raises(sim.Error, lambda: s.step(10**30))
+        assert interrupted(lambda: s.step(10**12)) < 5
+    f = sim.field(lambda t, x: -x, [1.0])
+    assert interrupted(lambda: f.step(10**9)) < 5 and f.steps > 0
+    slow = sim.field(lambda t, x: time.sleep(0.01) or -x, [1.0])
+    assert interrupted(lambda: slow.step(10**9)) < 5
+    assert threading.active_count() < 4
+
+
+def test_copies_and_forks():
+    s, threaded = sim.load("scenes/cloth.lua"), sim.load("scenes/cloth.lua", n=100, threads=2)
+    for owner in (s, s.snapshot()):
+        for work in (copy.copy, copy.deepcopy, pickle.dumps):
+            assert raises(sim.Error, lambda: work(owner)).what == "no copy"
+    threaded.step()
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            s.step(400)
+            told = raises(sim.Error, threaded.step)
+            code = 0 if s.hash == CLOTH and "threads" in told.why else 2
+        finally:
+            os._exit(code)
+    assert os.waitpid(child, 0)[1] == 0
+    threaded.step()
+    s.step(400)
+    assert s.hash == CLOTH
+
+
+def test_callbacks_that_misbehave():
+    def closes(what, done):
+        s.close()
+        gc.collect()
+
+    s = sim.load("scenes/cloth.lua", n=32)
+    raises(sim.Error, lambda: s.run(2.0, progress=closes))
+
+    def leaves(t, x):
+        raise SystemExit(3)
+
+    f = sim.field(leaves, [1.0])
+    assert raises(SystemExit, f.step).code == 3 and f.t == 0
+
+    def collects(t, x):
+        gc.collect()
+        return -x
+
+    f = sim.field(collects, [1.0], dt=0.1)
+    del collects
+    f.step(10)
+    assert abs(f.x[0] - np.exp(-1)) < 1e-6
+    views = [sim.load("scenes/cloth.lua").view("position") for _ in range(20)]
+    gc.collect()
+    assert all(view.shape == (64, 3) for view in views)  # each keeps its scene
+    for text in ("x" * 10**6, "\udcff", "\ud800", "%s%n", "\x1b[2J"):
+        for work in (lambda: sim.load(text), lambda: sim.scene(text),
+                     lambda: sim.load("cloth", integrator=text), lambda: sim.study(text, "cloth"),
+                     lambda: sim.load("cloth").picture(camera=text)):
+            raises(sim.Error, work)
+
+
+def test_checkpoints():
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "cloth.snap")
+        with sim.load("scenes/cloth.lua") as s:
+            s.step(100)
+            s.save(file)
+            s.step(5)
+            s.resume(file)
+            assert s.steps == 100
+            s.step(300)
+            assert s.hash == CLOTH
+        with sim.resume(file) as s:
+            assert s.run(1.5).word == "trusted" and s.hash == CLOTH
+        told = json.loads(subprocess.run(
+            [PROGRAM, "scenes/cloth.lua", "--resume", file, "--json", "-q"], capture_output=True,
+            text=True, check=True).stdout)
+        assert told["systems"][0]["hash"] == CLOTH and "changed" not in told["reason"]
+        # And the other way round, with the parameters and the books of the run.
+        words = ["scenes/pendulum.lua", "-s", "n=6", "-T", "1", "--snap", file, "-q"]
+        subprocess.run([PROGRAM, *words], check=True)
+        told = json.loads(subprocess.run(
+            [PROGRAM, "scenes/pendulum.lua", "--resume", file, "-T", "2", "--json", "-q"],
+            capture_output=True, text=True, check=True).stdout)["systems"][0]
+        with sim.resume(file) as s:
+            assert len(s.x) == 6
+            s.run(1)
+            own = s.summary["systems"][0]
+            assert own["hash"] == told["hash"] and own["energy"] == told["energy"]
+        with sim.load("scenes/cloth.lua") as s:
+            assert raises(sim.Error, lambda: s.resume(file)).code == 6
+            assert s.steps == 0
+        scene = os.path.join(folder, "mine.lua")
+        with open(scene, "w") as out:
+            out.write("return require 'scenes.cloth'")
+        with sim.load(scene) as s:
+            raises(sim.Error, lambda: s.save(scene))  # it was read
+        assert os.path.getsize(scene) < 100
+
+
+def test_what_runs_are_asked():
+    with sim.load("scenes/pendulum.lua") as s:
+        s.run(1, of="mean sag")
+        judged = s.summary["systems"][0]["observed"]["mean sag"]["value"]
+        told = json.loads(subprocess.run(
+            [PROGRAM, "scenes/pendulum.lua", "-T", "1", "--of", "mean sag", "--json", "-q"],
+            capture_output=True, text=True, check=True).stdout)
+        assert judged == told["systems"][0]["observed"]["mean sag"]["value"]
+        raises(sim.Error, lambda: s.run(1, of="sag"))
+        s.check("energy=50%")
+        assert raises(sim.Error, lambda: s.check("energy=0")).code == 8
+        assert raises(sim.Error, lambda: s.check("nonsense")).code == 2
+        rest = s.come_to_rest()
+        assert rest["force"] < 1e-6 * rest["in_play"] and not s.v.any()
+    with sim.load("scenes/rope.lua") as s:
+        s.step(3)
+        one = s.tensions[0]
+        assert one["constraint"] == "distance" and one["b"] == 1 and len(one["force"]) == 3
+    with sim.load("scenes/cloth.lua") as s:
+        assert s.tensions == []
 
 
 def test_a_scene_that_ends_the_numbers():
@@ -452,6 +620,22 @@ def test_pictures(folder="."):
     s.run()
     assert "trusted" in s._repr_html_() and CLOTH in s._repr_html_()
     raises(sim.Error, lambda: s.picture(width=0))
+    raises(sim.Error, lambda: s.picture(width=0, height=0))
+    other = s.picture(width=64, height=48, camera="eye=3,1,2 at=0.5,0,0.5 fov=25", springs="shear",
+                      wireframe=True)
+    assert other.startswith(b"\x89PNG") and other != data
+    raises(sim.Error, lambda: s.picture(camera="eye=1"))
+    with tempfile.TemporaryDirectory() as folder:
+        film = os.path.join(folder, "cloth.html")
+        s.write(film, time=0.1, width=64, height=48, color="speed", camera="fov=20")
+        assert os.path.getsize(film) > 1000
+        raises(sim.Error, lambda: s.write(os.path.join(folder, "a-%d.png"), time=0.1, camera="x"))
+        assert os.listdir(folder) == ["cloth.html"]
+        sides = os.path.join(folder, "sides.png")
+        r = sim.compare("scenes/pendulum1.lua", ["rk4", "verlet"], time=1, out=sides,
+                        look={"color": "speed", "size": "128x64"})
+        with open(sides, "rb") as file:
+            assert file.read(4) == b"\x89PNG" and len(r.rows) == 2
 
 
 def test_two_threads_in_one_scene():

@@ -24,7 +24,7 @@ struct SceneOptions {
   std::optional<std::string> text = {};  // replaces the contents of the file, which need not exist
   bool safe = false;  // of a stranger: no plugins of its own, no files but below its folder
   std::function<void(const std::string&)> print = {};  // receives printed text; none: stderr
-  bool (*interrupted)() = nullptr;                     // a yes ends Lua with an error
+  std::function<bool()> interrupted = {};              // a yes ends Lua with an error
   LuaOverrun overrun = nullptr;                        // told when Lua cannot be ended
 };
 

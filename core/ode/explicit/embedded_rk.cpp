@@ -21,7 +21,8 @@ IntegratorInfo EmbeddedRungeKutta::info() const noexcept {
 }
 
 void EmbeddedRungeKutta::prepare(OdeSystem& system) {
-  for (Array* array : {&x_, &x_next_, &y_, &error_, &zero_}) *array = Array(system.size());
+  for (Array* array : {&x_, &x_next_, &y_, &error_, &zero_, &before_})
+    *array = Array(system.size());
   stepper_ = system.embedded_stepper(plan_);
   events_ = system.events();
   weights_.resize(plan_.c.size());
@@ -44,6 +45,7 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
     stepper_->start(t_, x_.data());
     ++effort_.evaluations;
     try_step();
+    if (system.gave_up()) return {StepStatus::kStopped};
     if (!estimate_needs_last()) close_step();
     if (events_) {
       events_->end(t_, h_, x_.data(), x_next_.data(), cuts_ >= 0);
@@ -53,7 +55,7 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
   phase_ = Phase::kRunning;
   while (t_ + h_ < t + h) {
     if (system.stopped()) return {StepStatus::kStopped};  // goes on from here, with the same bits
-    if (const StepStatus status = next_step(t + h, x_next); status != StepStatus::kDone)
+    if (const StepStatus status = next_step(system, t + h, x_next); status != StepStatus::kDone)
       return {status};
   }
   interpolate(t + h, x_next);
@@ -100,9 +102,13 @@ double EmbeddedRungeKutta::starting_step(OdeSystem& system) {
   return std::min(100 * h, wanted);
 }
 
-// The step after the present one, retried until its error is within the tolerance.
-StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
+// The step after the present one, retried until its error is within the tolerance. A step that is
+// given up leaves the one before as the present one, to be recalled.
+StepStatus EmbeddedRungeKutta::next_step(OdeSystem& system, double until, double* x_failed) {
+  const StepController::State state_before = controller_.state;
+  const double t_before = t_, h_before = h_;
   t_ += h_;
+  std::swap(before_, x_);
   std::swap(x_, x_next_);
   if (events_) {  // the active events may differ from those at the last end
     events_->begin(t_, controller_.state.h, x_.data());
@@ -119,6 +125,15 @@ StepStatus EmbeddedRungeKutta::next_step(double until, double* x_failed) {
       return all_finite(x_next_.span()) ? StepStatus::kStepTooSmall : StepStatus::kNotFinite;
     }
     double error = try_step();
+    if (system.gave_up()) {
+      std::swap(x_, x_next_);
+      std::swap(before_, x_);
+      controller_.state = state_before;
+      t_ = t_before;
+      h_ = h_before;
+      phase_ = h_ > 0 ? Phase::kRecalled : Phase::kFresh;
+      return StepStatus::kStopped;
+    }
     if (error <= 1 && !estimate_needs_last() && !close_step()) error = std::nan("");
     if (controller_.accept(error)) break;
     ++effort_.rejected;

@@ -44,7 +44,7 @@ class EmbeddedRungeKutta final : public Integrator {
 
   bool begin(OdeSystem& system, double t, const double* x);
   double starting_step(OdeSystem& system);
-  StepStatus next_step(double until, double* x_failed);
+  StepStatus next_step(OdeSystem& system, double until, double* x_failed);
   double try_step();
   bool close_step();
   bool end_at_event(double until);
@@ -67,6 +67,7 @@ class EmbeddedRungeKutta final : public Integrator {
   bool extra_ready_ = false;  // the stages of dense output are there
   std::unique_ptr<EmbeddedStepper> stepper_;
   Array x_, x_next_, y_, error_, zero_;
+  Array before_;  // the start of the step before, for one that is given up
   std::vector<double> weights_;
   Events* events_ = nullptr;  // of the system
   int cuts_ = 0;              // steps that ended at events in a row; -1: a settled one

@@ -27,11 +27,13 @@ class ExplicitRungeKutta final : public Integrator {
   Advance advance(OdeSystem& system, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override {
     const int count = stepper_->most_of(most);
-    if (stepper_->step(t, h, count, x, x_next)) {
+    const bool finite = stepper_->step(t, h, count, x, x_next);
+    if (finite && !system.gave_up()) {
       steps_ += count;
       return {StepStatus::kDone, count};
     }
     stepper_->restart();
+    if (system.gave_up()) return {StepStatus::kStopped};
     if (count > 1) return advance(system, t, h, 1, x, x_next);
     ++steps_;
     return {StepStatus::kNotFinite, 0};

@@ -43,6 +43,10 @@ class Splitting final : public Integrator {
                   double* x_next) override {
     const int count = stepper_->most_of(most);
     const bool done = stepper_->step(t, h, count, x, x_next);
+    if (system.gave_up()) {
+      restart(t, h, x);
+      return {StepStatus::kStopped};
+    }
     if (!done && count > 1) {
       restart(t, h, x);
       return advance(system, t, h, 1, x, x_next);

@@ -165,6 +165,7 @@ bool GenericSplittingStepper::step(double t, double h, int /*count*/, const doub
   drift(t, start * h, x_next);
   particles_->prescribed().velocities(t, layout.axes(x_next, 3));
   for (std::size_t i = 0; i < plan_.kick.size(); ++i) {
+    if (particles_->pool().gives_up(0)) return false;
     kick(i, t + start * h, t + (constrain_after_kick + 0.5 * plan_.kick[i]) * h, x_next);
     constrain_after_kick += plan_.kick[i];
     const double d = plan_.drift[i + 1] * h;

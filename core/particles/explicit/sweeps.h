@@ -42,6 +42,7 @@ class Sweeps {
         [&](int rank, int stage, int first, int last) {
           bool good = true;
           for (int begin = first; begin < last; begin += kGatherTile) {
+            if (gives_up(rank, stage)) break;
             const Tile tile{begin, std::min(begin + kGatherTile, last)};
             if (q(stage)) gather(rank, stage, view(stage), tile, sink);
             good &= sweep(rings(rank, stage), stage, tile.begin, tile.end);
@@ -63,6 +64,7 @@ class Sweeps {
       const Part part = part_of(view.n, kGrain, rank, ranks);
       start(rank, ranks, stage, part.begin, q);
       for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
+        if (gives_up(rank, stage)) break;
         const int end = std::min(begin + kGatherTile, part.end);
         if (q) system_->gather(view, {begin, end}, sink);
         if (!sweep(rings(rank, stage), stage, begin, end))
@@ -73,7 +75,8 @@ class Sweeps {
   }
 
  private:
-  // begin_at() is called where a rank starts a stage; piece() returns whether it is finite.
+  // begin_at() is called where a rank starts a stage; piece() returns whether it is finite. A sweep
+  // that is given up skips the rest.
   template <class BeginAt, class Piece>
   bool run_pieces(int stages, const BeginAt& begin_at, const Piece& piece) {
     std::fill(finite_.begin(), finite_.end(), char{1});
@@ -82,11 +85,18 @@ class Sweeps {
         system_->pool(), stages, ranks,
         [&](int rank, int stage, int begin) { begin_at(rank, ranks, stage, begin); },
         [&](int rank, int stage, int begin, int end) {
+          if (one_pass_ && gives_up(rank, stage)) return;
           if (!piece(rank, stage, begin, end)) finite_[static_cast<std::size_t>(rank)] = 0;
         });
     return finite();
   }
 
+  // The rest of such a sweep is left out: its rings are not empty then.
+  bool gives_up(int rank, int stage) {
+    if (!system_->pool().gives_up(rank)) return false;
+    rings(rank, stage).of_part = true;
+    return true;
+  }
   std::size_t place(int rank, int stage) const {
     return static_cast<std::size_t>(one_pass_ ? rank * most_stages_ + stage : rank);
   }

@@ -130,7 +130,12 @@ Advance ImexStepper::advance(double t, double h, std::int64_t most, const double
                              double* x_next) {
   if (verlet_) {
     const int count = verlet_->most_of(most);
-    if (verlet_->step(t, h, count, x, x_next)) {
+    const bool finite = verlet_->step(t, h, count, x, x_next);
+    if (system_->gave_up()) {
+      verlet_->restart();
+      return {StepStatus::kStopped};
+    }
+    if (finite) {
       steps_ += count;
       evaluations_ += count;
       return {StepStatus::kDone, count};

@@ -127,14 +127,15 @@ double ContactSolver::next_touch(std::span<const SolverBody> solver_bodies, cons
 }
 
 void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
-                                      std::span<ContactPoint> contacts, double h) {
+                                      std::span<ContactPoint> contacts, double h,
+                                      ThreadPool& pool) {
   double fastest = 0, now = h;
   for (const ContactPoint& m : contacts)
     if (m.active) fastest = std::max(fastest, -m.before);
   std::size_t after = 0;  // the meeting behind the last one: who comes next at the same moment
   const std::size_t most = std::min(kMostBounces * contacts.size(),
                                     kMostLooked / std::max<std::size_t>(1, contacts.size()));
-  for (std::size_t left = most; left > 0; --left) {
+  for (std::size_t left = most; left > 0 && !pool.gives_up(0); --left) {
     std::size_t next = contacts.size();
     double earliest = -1, soft = 0;
     for (std::size_t k = 0; k < contacts.size(); ++k) {

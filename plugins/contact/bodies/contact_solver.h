@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/thread_pool.h"
 #include "core/math/mat3.h"
 #include "core/particles/contact_law.h"
 
@@ -79,7 +80,7 @@ class ContactSolver {
   // balls, as in Newton's cradle, whatever is between them. The work is bounded: approaches left
   // among hundreds of points are resolved without restitution, as resting contacts.
   void solve_restitution(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
-                         double h);
+                         double h, ThreadPool& pool);
 
   // The change of the gap at the end of the step by impulses, m.
   static double moved(std::span<const SolverBody> solver_bodies, const ContactPoint& contact);

@@ -163,7 +163,8 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
   return sum;
 }
 
-double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance) {
+double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance,
+                                   const std::function<bool()>& gives_up) {
   const std::size_t rows = island.end - island.begin, n = 3 * rows;
   const std::size_t each = Anderson::memory(3);
   const std::span<double> x = std::span(unknowns_).subspan(3 * island.begin, n),
@@ -180,7 +181,7 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
     read(x);
     const Sweep swept = sweep(bodies, island);
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
-    if (turn >= last) return swept.residual;
+    if (turn >= last || gives_up()) return swept.residual;
     if (swept.residual < 0.5 * least) {
       least = swept.residual;
       last = std::min(most, turn + kPatience);
@@ -205,14 +206,16 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   images_.resize(3 * rows_.size());
   history_.resize(Anderson::memory(3) * rows_.size());
   residuals_.assign(count_, 0);
-  const auto solve_some = [&](int begin, int end) {
-    for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
-      residuals_[k] = solve_island(bodies, islands_[k], tolerance);
+  const auto solve_some = [&](int rank, int ranks) {
+    const std::function<bool()> gives_up = [&pool, rank] { return pool.gives_up(rank); };
+    const Part part = part_of(static_cast<int>(count_), 1, rank, ranks);
+    for (auto k = static_cast<std::size_t>(part.begin); k < static_cast<std::size_t>(part.end); ++k)
+      residuals_[k] = solve_island(bodies, islands_[k], tolerance, gives_up);
   };
   if (count_ > 1 && rows_.size() >= kWorthThreads)
-    pool.run_parts(static_cast<int>(count_), 1, solve_some);
+    pool.run([&](int rank) { solve_some(rank, pool.size()); });
   else
-    solve_some(0, static_cast<int>(count_));
+    solve_some(0, 1);
   store(bodies, contacts);
   return count_ > 0 ? *std::ranges::max_element(residuals_) : 0;
 }

@@ -1,6 +1,7 @@
 // Resting contact of bodies, island by island.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -55,7 +56,8 @@ class RestingSolver {
   void find_islands(Bodies bodies, std::span<const ContactPoint> contacts);
   int root_of(int body);
   void add_row(Bodies bodies, const ContactPoint& contact, std::size_t index, Row& row) const;
-  double solve_island(Bodies bodies, const Island& island, double tolerance);
+  double solve_island(Bodies bodies, const Island& island, double tolerance,
+                      const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
   void store(Bodies bodies, std::span<ContactPoint> contacts) const;
 

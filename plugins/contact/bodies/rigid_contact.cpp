@@ -39,12 +39,13 @@ double RigidContact::solve(double h) {
     scale = std::max(scale, std::fabs(m.before) + std::fabs(m.given) +
                                 ContactSolver::velocity(solver_bodies_, m).norm());
   }
-  if (bounces) contact_solver_.solve_restitution(solver_bodies_, contacts_, h);
+  if (bounces) contact_solver_.solve_restitution(solver_bodies_, contacts_, h, particles_->pool());
   contact_solver_.start(solver_bodies_, contacts_);
   double change = 0;
   for (int round = 0; round < kMostPasses; ++round) {
     change =
         resting_solver_.solve(solver_bodies_, contacts_, tolerance_ * scale, particles_->pool());
+    if (particles_->pool().gives_up(0)) break;
     bool all = true;
     for (ContactPoint& m : contacts_) {
       if (m.active) continue;
@@ -118,7 +119,7 @@ void RigidContact::separate(double t) {
         deepest = std::max(deepest, -point.gap / reach_[static_cast<std::size_t>(of.first)].scale);
       }
     }
-    if (deepest <= overlap) return;
+    if (deepest <= overlap || particles_->pool().gives_up(0)) return;
     // Displacements take the role of velocities.
     moved_bodies_.resize(solver_bodies_.size());
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
@@ -205,9 +206,11 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
     resting_solver_.set_joints(joints_.get());
   }
   const double unconverged = solve(h);
+  if (particles_->pool().gives_up(0)) return true;
   counts_.unconverged = std::max(counts_.unconverged, unconverged);
   if (joints_) project_moves();
   separate(t + h);
+  if (particles_->pool().gives_up(0)) return true;
   const auto energy = [&] {
     return particles_->kinetic_energy(t + h, x_next) + particles_->potential_energy(t + h, x_next);
   };

@@ -210,6 +210,7 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
   std::ranges::fill(dirty_, std::uint8_t{0});
   impulses_.relax(kSweeps[0], inverse_mass_, displacement_, touched_, dirty_);
   for (int round = 0; round < kImpulseRounds; ++round) {
+    if (particles.pool().gives_up(0)) return false;
     meet_colliders(particles, t_end, dirty_);
     impulses_.relax(kSweeps[1], inverse_mass_, displacement_, touched_, dirty_);
     round_displacements();
@@ -229,6 +230,7 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   impact_zones_.begin(displacement_);
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {
+    if (particles.pool().gives_up(0)) return false;
     round_displacements();
     if (pairs_.follow(from_, displacement_, particles.pool()))
       std::ranges::fill(dirty_, std::uint8_t{1});

@@ -70,6 +70,7 @@ bool SurfaceContact::relax_constrained(Particles& particles, double t_end) {
 // False if no displacements were found that satisfy the constraints without hits.
 bool SurfaceContact::advance_constrained(Particles& particles, double t_end) {
   for (int round = 0; round < kHeldRounds; ++round) {
+    if (particles.pool().gives_up(0)) return false;
     if (!relax_constrained(particles, t_end)) {
       displacement_ = free_displacement_;
       return false;
@@ -92,6 +93,7 @@ bool SurfaceContact::advance_constrained(Particles& particles, double t_end) {
 bool SurfaceContact::advance_shortened(Particles& particles) {
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {
+    if (particles.pool().gives_up(0)) return false;
     round_displacements();
     pairs_.follow(from_, displacement_, particles.pool());
     std::ranges::fill(dirty_, std::uint8_t{1});

@@ -14,6 +14,7 @@ constexpr int kLegs = 1024;  // of a step, at most
 bool SurfaceContact::advance_substeps(Particles& particles, double t, double h) {
   int done = 0, substep = kLegs / 2;
   for (;;) {
+    if (particles.pool().gives_up(0)) return false;
     const double end = static_cast<double>(done + substep) / kLegs;
     const double part = static_cast<double>(substep) / kLegs;
     for (const int i : movable_) {

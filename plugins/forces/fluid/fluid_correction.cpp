@@ -27,6 +27,7 @@ StepCorrection::Outcome FluidCorrection::apply(const Step& step) {
   if (!projection_->project({view, step.h, q.data(), v.data(), pressures(step.x_next)},
                             particles_->pool()))
     return Outcome::kUnchanged;
+  if (particles_->pool().gives_up(0)) return Outcome::kUnchanged;
   const Contacts& contacts = particles_->contacts();
   for (int i = 0; !contacts.empty() && i < view.n; ++i) {
     if (!projection_->leads(i) || !view.free(i)) continue;

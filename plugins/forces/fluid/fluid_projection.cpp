@@ -115,7 +115,7 @@ bool FluidProjection::correct_places(const End& end, ThreadPool& pool) {
   rows_.make(own(end.view), pool);
   bool moved = false;
   met_ = meets_error();
-  for (int move = 0; !met_ && move < kMostMoves; ++move) {
+  for (int move = 0; !met_ && move < kMostMoves && !pool.gives_up(0); ++move) {
     for (int p = 0; p < count(); ++p)
       wanted_.data()[p] = is_free(rows_.id(p)) ? rows_.densities()[p] - 1 : 0;
     std::ranges::fill(solve_.pressures(rows_), 0.0);
@@ -125,6 +125,7 @@ bool FluidProjection::correct_places(const End& end, ThreadPool& pool) {
     rows_.make(own(end.view), pool);
     met_ = meets_error();
   }
+  if (pool.gives_up(0)) return moved;
   counts_.mean = std::max(counts_.mean, mean_);
   counts_.worst = std::max(counts_.worst, worst_);
   return moved;
@@ -171,7 +172,7 @@ bool FluidProjection::apply_viscosity(const End& end, ThreadPool& pool) {
   double left = squares(r);
   if (left == 0) return false;
   const double enough = kViscous * kViscous * left;
-  for (int turn = 0; turn < kMostBrakes && left > enough; ++turn) {
+  for (int turn = 0; turn < kMostBrakes && left > enough && !pool.gives_up(0); ++turn) {
     rows_.apply_viscosity(displacement, product, pool);
     each([&](int c, double inverse) {
       product[c] = inverse > 0 ? displacement[c] / inverse + end.h * product[c] : 0;
@@ -224,6 +225,7 @@ bool FluidProjection::project(const End& end, ThreadPool& pool) {
   bool changed = correct_places(end, pool);
   changed = apply_viscosity(end, pool) || changed;
   changed = correct_velocities(end, pool) || changed;
+  if (pool.gives_up(0)) return changed;
   ++counts_.steps;
   counts_.missed += !met_;
   counts_.products += solve_.products() - before;

@@ -66,7 +66,7 @@ bool PressureSolve::solve(const DensityConstraints& rows, const double* b, const
   });
   const double enough = tolerance * tolerance * n_;
   bool begin = true, met = false;
-  for (const long first = products_; products_ < first + kMostProducts;) {
+  for (const long first = products_; products_ < first + kMostProducts && !pool.gives_up(0);) {
     const double frees = sum_(rows, pool, [&](int i) { return free(i) * free(i); });
     const double wanted = sum_(rows, pool, [&](int i) { return chopped(i) * chopped(i); });
     met = !(frees + wanted > enough);

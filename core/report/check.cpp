@@ -1,11 +1,11 @@
-#include "cli/run/check.h"
+#include "core/report/check.h"
 
 #include <cmath>
 
 #include "core/base/error.h"
 #include "core/output/format.h"
 
-namespace sim::cli {
+namespace sim::report {
 namespace {
 
 // "1%" or "0.01".
@@ -78,4 +78,4 @@ void check(const Checks& checks, const study::Verdict& verdict, const std::strin
        "the method chooses its own steps, or its limit is not known", kSmaller);
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

@@ -7,7 +7,7 @@
 
 #include "core/study/verdict/verdict.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 // Limits as fractions (0.01 is 1 %) of the energy in play, of a rest length and of the largest
 // stable step.
@@ -22,4 +22,4 @@ Checks parse_checks(const std::string& option, const std::string& text);
 // Throws Error{kCheck} for the first violated bound, or one that cannot be checked.
 void check(const Checks& checks, const study::Verdict& verdict, const std::string& system);
 
-}  // namespace sim::cli
+}  // namespace sim::report
