@@ -157,3 +157,122 @@ TEST_CASE("bars end where their values are") {
     CHECK((one.find("#15803d") != std::string::npos) == (bar == 1));
   }
 }
+
+TEST_CASE("every mark of an axis stands where its number says, and so does every point",
+          "[output]") {
+  struct Case {
+    double t0, t1, low, high;
+    bool from_zero;
+  };
+  for (const Case& each :
+       {Case{0, 7, 0, 1, true}, Case{-3, 5, -2, 6, true}, Case{0.25, 0.75, 100, 130, false},
+        Case{1000, 1300, -0.02, -0.01, false}, Case{0, 1e-3, 2, 5, true}, Case{0, 14, -50, 0, true},
+        Case{2, 2, 3, 3, false}, Case{0, 20, -7, -1, true}}) {
+    INFO(each.t0 << " .. " << each.t1 << ", " << each.low << " .. " << each.high);
+    sim::TimeChart chart;
+    chart.title = "t & u", chart.y_name = "y [m]", chart.x_name = "x [s]";
+    chart.from_zero = each.from_zero;
+    const double middle = 0.5 * (each.t0 + each.t1);
+    // What is not finite is no point, at either end of a curve or between others.
+    chart.curves = {{"up",
+                     {{each.t0, each.low},
+                      {middle, HUGE_VAL},
+                      {std::nan(""), each.high},
+                      {each.t1, each.high}}},
+                    {"down", {{each.t0, each.high}, {each.t1, each.low}, {each.t1, std::nan("")}}}};
+    const std::string svg = sim::svg(chart);
+    for (const char* words : {">t &amp; u<", ">y [m]<", ">x [s]<", ">up<", ">down<"})
+      CHECK(svg.find(words) != std::string::npos);
+
+    // The paths say where two times and two values stand.
+    const auto paths =
+        numbers_of(svg, "<path d=\"M([-0-9.]+) ([-0-9.]+)L?([-0-9.]*) ?([-0-9.]*)\"");
+    REQUIRE(paths.size() == 2);
+    REQUIRE(paths[0].size() == 4);
+    const double left = paths[0][0], right = paths[0][2], below = paths[0][1], above = paths[0][3];
+    CHECK(paths[1] == std::vector<double>{left, above, right, below});
+    CHECK(left == (each.t1 > each.t0 ? 74 : 427));
+    CHECK(right == (each.t1 > each.t0 ? 780 : 427));
+    // Of the values 4 % are left free on both sides, of those and 0 where it has to be there.
+    const double least = each.from_zero ? std::min(0.0, each.low) : each.low,
+                 most = each.from_zero ? std::max(0.0, each.high) : each.high;
+    const auto height = [&](double y) {
+      if (most == least) return 189.0;
+      const double room = 0.04 * (most - least);
+      return 330 + (48 - 330) * (y - (least - room)) / (most - least + 2 * room);
+    };
+    CHECK(below == Approx(height(each.low)).margin(0.0051));
+    CHECK(above == Approx(height(each.high)).margin(0.0051));
+
+    // Below the axis of time: a mark of 5 px, and its number 20 px under the floor.
+    const auto ticks = numbers_of(svg,
+                                  "<line x1=\"([-0-9.]+)\" y1=\"([-0-9.]+)\" x2=\"([-0-9.]+)\" "
+                                  "y2=\"([-0-9.]+)\" stroke=\"#9ca3af\"/>\n"
+                                  "<text x=\"([-0-9.]+)\" y=\"350\" text-anchor=\"middle\">"
+                                  "([-+0-9.e]+)</text>");
+    // Across: a line of the whole width, darker at 0, and its number before it.
+    const auto lines = numbers_of(svg,
+                                  "<line x1=\"74\" y1=\"([-0-9.]+)\" x2=\"780\" y2=\"([-0-9.]+)\" "
+                                  "stroke=\"#(?:e5e7eb|9ca3af)\"/>\n"
+                                  "<text x=\"66\" y=\"([-0-9.]+)\" text-anchor=\"end\">"
+                                  "([-+0-9.e]+)</text>");
+    if (each.t1 > each.t0) {
+      REQUIRE(ticks.size() >= 3);
+      REQUIRE(lines.size() >= 3);
+      CHECK((ticks.size() <= 8 && lines.size() <= 8));
+      const double step = ticks[1][5] - ticks[0][5], up = lines[1][3] - lines[0][3];
+      for (const double size : {step, up}) {
+        const double mantissa = size / std::pow(10, std::floor(std::log10(size * 1.0000001)));
+        CHECK((mantissa == Approx(1) || mantissa == Approx(2) || mantissa == Approx(5)));
+      }
+      for (std::size_t i = 0; i < ticks.size(); ++i) {
+        const std::vector<double>& tick = ticks[i];
+        CHECK(tick[5] == Approx(ticks[0][5] + static_cast<double>(i) * step).margin(1e-9 * step));
+        const double at = 74 + 706 * (tick[5] - each.t0) / (each.t1 - each.t0);
+        for (const int x : {0, 2, 4})
+          CHECK(tick[static_cast<std::size_t>(x)] == Approx(at).margin(0.0051));
+        CHECK((tick[1] == 330 && tick[3] == 335));
+      }
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        const std::vector<double>& line = lines[i];
+        CHECK(line[3] == Approx(lines[0][3] + static_cast<double>(i) * up).margin(1e-9 * up));
+        CHECK(line[0] == Approx(height(line[3])).margin(0.0051));
+        CHECK(line[1] == line[0]);
+        CHECK(line[2] == Approx(line[0] + 4.5).margin(0.011));
+      }
+      // None is missing at either end.
+      CHECK((ticks[0][5] >= each.t0 && ticks[0][5] - step < each.t0 - 1e-9 * step));
+      CHECK((ticks.back()[5] <= each.t1 && ticks.back()[5] + step > each.t1 + 1e-9 * step));
+      CHECK((height(lines[0][3]) <= 330 && height(lines[0][3] - up) > 330));
+      CHECK((height(lines.back()[3]) >= 48 && height(lines.back()[3] + up) < 48));
+      const auto dark =
+          numbers_of(svg, "<line x1=\"74\" y1=\"([-0-9.]+)\" x2=\"780\" [^>]*#9ca3af");
+      CHECK(dark.size() == (lines[0][3] <= 0 && lines.back()[3] >= 0 ? 1 : 0));
+      if (!dark.empty()) CHECK(dark[0][0] == Approx(height(0)).margin(0.0051));
+    }
+  }
+  sim::TimeChart empty;
+  CHECK(sim::svg(empty).find(">no points<") != std::string::npos);
+  empty.curves = {{"a", {{0, std::nan("")}, {HUGE_VAL, 1}}}};
+  CHECK(sim::svg(empty).find(">no points<") != std::string::npos);
+  CHECK(sim::svg(empty).find("<path") == std::string::npos);
+}
+
+TEST_CASE("of a long curve the points at equal distances are shown, and its end", "[output]") {
+  for (const std::size_t count : {1u, 2u, 1499u, 1500u, 1501u, 2999u, 3000u, 3001u, 4600u}) {
+    sim::TimeChart chart;
+    chart.curves.resize(1);
+    for (std::size_t i = 0; i < count; ++i)
+      chart.curves[0].points.emplace_back(i, i % 7 == 0 ? 1 : 0);
+    const std::string svg = sim::svg(chart);
+    const std::size_t begin = svg.find("<path d=\"");
+    const std::string path = svg.substr(begin, svg.find('"', begin + 9) - begin);
+    const auto points = static_cast<std::size_t>(std::ranges::count(path, 'L') + 1);
+    INFO(count << " points, " << points << " shown");
+    // At most 1500 and the last.
+    const std::size_t stride = count / 1500 + 1;
+    CHECK(points == (count - 1) / stride + 1 + ((count - 1) % stride != 0));
+    CHECK(points <= 1501);
+    if (count > 1) CHECK(path.find("L780 ") != std::string::npos);
+  }
+}
