@@ -23,30 +23,6 @@ class FieldEntries final : public JacobianEntries {
   std::size_t size_;
 };
 
-class FieldLinearisation final : public LinearisedSolver {
- public:
-  explicit FieldLinearisation(std::unique_ptr<JacobianEntries> entries)
-      : entries_(std::move(entries)),
-        matrix_(make_matrix_solver(entries_->sparsity())),
-        values_(entries_->sparsity().count()) {}
-
-  void linearise(double t, const double* x) override { entries_->at(t, x, values_.span()); }
-  bool factorise(double tau) override {
-    ++factorisations_;
-    return matrix_->factorise(tau, values_.span());
-  }
-  void solve(double* x) override { matrix_->solve(x); }
-  Effort effort() const override {
-    return {.evaluations = entries_->evaluations(), .factorisations = factorisations_};
-  }
-
- private:
-  std::unique_ptr<JacobianEntries> entries_;
-  std::unique_ptr<MatrixSolver> matrix_;
-  Array values_;
-  std::int64_t factorisations_ = 0;
-};
-
 // Products with the entries.
 class FieldJacobian final : public Jacobian {
  public:
@@ -107,11 +83,8 @@ std::unique_ptr<StageSolver> FieldSystem::stage_solver(const StageOptions& optio
 }
 
 std::unique_ptr<LinearisedSolver> FieldSystem::linearised_solver() {
-  constexpr std::size_t kFewNumbers = 200;  // two evaluations of f for each
-  if (field_->sparsity())
-    return std::make_unique<FieldLinearisation>(std::make_unique<FieldEntries>(*field_, size_));
-  if (size_ > kFewNumbers) return nullptr;
-  return std::make_unique<FieldLinearisation>(all_entries(*this));
+  if (!field_->sparsity()) return OdeSystem::linearised_solver();
+  return make_linearised_solver(std::make_unique<FieldEntries>(*field_, size_));
 }
 
 std::unique_ptr<Jacobian> FieldSystem::jacobian() {

@@ -25,7 +25,6 @@ class FieldSystem final : public OdeSystem {
   std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan) override;
   // The entries of the Jacobian, from the field or by differences.
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
-  // With these entries, or with all of a small system.
   std::unique_ptr<LinearisedSolver> linearised_solver() override;
   std::unique_ptr<Jacobian> jacobian() override;
 

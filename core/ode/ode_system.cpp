@@ -112,6 +112,12 @@ std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan&
   return std::make_unique<StagesOfPair>(*this, plan);
 }
 
+std::unique_ptr<LinearisedSolver> OdeSystem::linearised_solver() {
+  constexpr std::size_t kFewNumbers = 400;  // two evaluations of f for each
+  if (size() > kFewNumbers || has_inequalities()) return nullptr;
+  return make_linearised_solver(all_entries(*this));
+}
+
 std::unique_ptr<StageSolver> OdeSystem::stage_solver(const StageOptions& options) {
   // Inequalities make J full, but stiff only where they bend, so that few products are needed.
   constexpr std::size_t kMostDense = 600;

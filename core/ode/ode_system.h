@@ -75,9 +75,9 @@ class OdeSystem {
   // Jacobian; throws Error when X has too many numbers for that.
   virtual std::unique_ptr<StageSolver> stage_solver(const StageOptions& options);
 
-  // Linear equations with df/dX for linearly implicit methods; null where its entries are not
-  // known.
-  virtual std::unique_ptr<LinearisedSolver> linearised_solver() { return nullptr; }
+  // Linear equations with df/dX for linearly implicit methods. By default with all entries, by
+  // differences; null when X has too many numbers for that, or not all states are allowed.
+  virtual std::unique_ptr<LinearisedSolver> linearised_solver();
 
   // The stepper of methods that are implicit in stiff forces alone; null without that structure.
   virtual std::unique_ptr<ImplicitExplicitStepper> implicit_explicit_stepper(

@@ -169,6 +169,16 @@ std::vector<std::string> methods_for(const sim::SystemSpec& spec, sim::Registry&
   if (!spec.particles)
     std::erase_if(
         names, [&](const std::string& name) { return info_of(name, registry).needs_second_order; });
+  // Systems of many particles are refused by rodas4.
+  std::erase_if(names, [&](const std::string& name) {
+    if (name != "rodas4") return false;
+    try {
+      sim::Simulation(spec, registry, {.integrator = name, .dt = spec.dt > 0 ? spec.dt : 1});
+    } catch (const sim::Error&) {
+      return true;
+    }
+    return false;
+  });
   return names;
 }
 

@@ -1,11 +1,14 @@
 // Linear equations with the Jacobian of one state, for linearly implicit methods.
 #pragma once
 
+#include <memory>
+
+#include "core/ode/implicit/jacobian_entries.h"
 #include "core/ode/outcome.h"
 
 namespace sim {
 
-// A system that knows the entries of J = df/dX makes it; all memory is its own.
+// Made by a system that knows the entries of J = df/dX; all memory is its own.
 class LinearisedSolver {
  public:
   virtual ~LinearisedSolver() = default;
@@ -17,5 +20,7 @@ class LinearisedSolver {
 
   virtual Effort effort() const = 0;  // since it was made
 };
+
+std::unique_ptr<LinearisedSolver> make_linearised_solver(std::unique_ptr<JacobianEntries> entries);
 
 }  // namespace sim

@@ -13,11 +13,12 @@ namespace sim {
 void RosenbrockStages::prepare(OdeSystem& system) {
   solver_ = system.linearised_solver();
   if (!solver_)
-    throw Error(ErrorKind::kScene,
-                {"integrator does not fit", "",
-                 "a Rosenbrock method needs the entries of df/dX, which this system does not know",
-                 "use esdirk43 or trbdf2; for a field of many numbers write formulas, "
-                 "sim.field.formula"});
+    throw Error(
+        ErrorKind::kScene,
+        {"integrator does not fit", "",
+         "a Rosenbrock method needs all entries of df/dX, known from formulas or of at most "
+         "400 numbers, and every state allowed",
+         "use esdirk43 or trbdf2, or write a field as sim.field.formula"});
   u_.clear();
   for (int i = 0; i < RosenbrockPair::kStages; ++i) u_.emplace_back(system.size());
   time_slope_ = Array(system.size());

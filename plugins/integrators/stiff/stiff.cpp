@@ -2,6 +2,7 @@
 #include "adaptive_implicit.h"
 #include "core/plugin/embedded_plugin.h"
 #include "core/plugin/plugin.h"
+#include "fixed_pair.h"
 #include "rosenbrock_stages.h"
 
 namespace {
@@ -52,13 +53,6 @@ sim::ParamList params() {
   return params;
 }
 
-// No stage is iterated, so that the step is all there is to choose.
-sim::ParamList rosenbrock_params() {
-  sim::ParamList own = params();
-  std::erase_if(own, [](const sim::Param& param) { return param.name == "fixed_step"; });
-  return own;
-}
-
 }  // namespace
 
 SIM_PLUGIN(Integrator, "esdirk43 rodas4") {
@@ -97,9 +91,11 @@ SIM_PLUGIN(Integrator, "esdirk43 rodas4") {
                   "x_next = x + sum_j a_6j u_j + u_6,  J = df/dx,  gamma = 1/4,  6 stages\n"
                   "R(z) -> 0 as z -> -infinity;  error = u_6",
        .source = "Hairer & Wanner (1996), Solving ODEs II, section IV.10: RODAS",
-       .params = rosenbrock_params()},
+       .params = params()},
       [](const sim::Params& given) -> std::unique_ptr<sim::Integrator> {
-        return std::make_unique<sim::AdaptiveImplicit>(
-            std::make_unique<sim::RosenbrockStages>(kRodas), 4, sim::tolerance_of(given));
+        auto stages = std::make_unique<sim::RosenbrockStages>(kRodas);
+        if (given.flag("fixed_step")) return std::make_unique<sim::FixedPair>(std::move(stages), 4);
+        return std::make_unique<sim::AdaptiveImplicit>(std::move(stages), 4,
+                                                       sim::tolerance_of(given));
       }});
 }
