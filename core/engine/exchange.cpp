@@ -96,6 +96,10 @@ Exchange::Exchange(Simulation& system, const SystemSpec& spec, const std::string
   for (const Force* force : particles_->forces())
     if (force->springs() && force->springs()->sense() != SpringSense::kBoth)
       border.scene("a cable, as '" + particles_->name_of(*force) + "' is,", spec.place, kLeaveOut);
+  for (Force* const force : particles_->forces())
+    if (force->breakable())
+      border.scene("force '" + particles_->name_of(*force) + "' with ties that may break",
+                   spec.place, "leave out break_strain and break_force, or run it here");
   for (const Force* force : particles_->forces())
     if (force->internal_size() > 0)
       border.scene("force '" + particles_->name_of(*force) + "'", spec.place, kLeaveOut);

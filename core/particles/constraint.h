@@ -11,6 +11,8 @@
 
 namespace sim {
 
+class Breakable;
+
 // The particles of each equation, one row an equation: the sparsity pattern of the Jacobian J.
 struct RowPattern {
   std::vector<int> begin{0}, ids;  // row r: from ids[begin[r]] to before ids[begin[r + 1]]
@@ -51,7 +53,7 @@ class Constraint {
   // Called once with the initial state; may allocate and may throw Error.
   virtual void bind(const ParticleView& /*initial*/) {}
 
-  virtual RowPattern pattern() const = 0;                                       // after bind()
+  virtual RowPattern pattern() const = 0;  // after bind(); without ties that are broken
   virtual void evaluate(const ParticleView& view, const Rows& rows) const = 0;  // all of them
 
   // True if phi depends on t: such a constraint may do work.
@@ -68,6 +70,9 @@ class Constraint {
   // each row and of each pair a <= b of its particles, (0, 0), (0, 1), .., (1, 1), .., initialised
   // to 0. Long steps of flexible chains need them, see ImplicitDrift; all others may be left out.
   virtual void curvature(const ParticleView& /*view*/, double* /*pairs*/) const {}
+
+  // Its ties that may break; null: none does. Known before bind().
+  virtual Breakable* breakable() { return nullptr; }
 
   // "rod 3-7", in errors and tables.
   virtual std::string name(int row) const { return "equation " + std::to_string(row); }

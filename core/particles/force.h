@@ -97,8 +97,10 @@ class Force {
   // Called once, after bind(); the particles outlive it. Null: none.
   virtual std::unique_ptr<StepCorrection> correction(Particles& particles);
 
-  // The ties that may break; null: none does.
+  // The ties that may break; null: none does. Known before bind().
   virtual Breakable* breakable() { return nullptr; }
+  // Called before bind() if some tie of the scene may break, so that tear() will be called.
+  virtual void expect_tears() {}
   // Removes the coherence between these pairs of particles, ascending, whose ties broke: a force on
   // a surface leaves out the faces with such an edge. Replaces earlier pairs.
   virtual void tear(std::span<const std::array<int, 2>> /*torn*/) {}

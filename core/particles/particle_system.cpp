@@ -212,6 +212,11 @@ void ParticleSystem::set_masses(const std::vector<double>& masses, const std::ve
   if (constrained_events_) constrained_events_->restart();
 }
 
+void ParticleSystem::refresh_constraints() {
+  constraint_system_->refresh();
+  if (constrained_events_) constrained_events_->restart();
+}
+
 bool ParticleSystem::project(double t, double* x) {
   prescribed().place(t, layout().axes(x), layout().axes(x, 3));
   return !constraint_system_ || constraint_system_->constraints().feedback() > 0 ||

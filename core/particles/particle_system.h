@@ -34,6 +34,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   // Creates the constraint system, to which constraints may then be added; null if there are none.
   ConstraintSystem& add_constraint_system();
   ConstraintSystem* constraint_system() const noexcept { return constraint_system_.get(); }
+  void refresh_constraints();  // after ties of theirs broke; steppers have to be made again
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                   bool some_move = false);
 

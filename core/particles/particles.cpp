@@ -191,15 +191,26 @@ double Particles::kinetic_energy(double t, const double* state) const {
   });
 }
 
-double Particles::potential_energy(double t, const double* state) const {
+template <class Chosen>
+double Particles::potential_of(double t, const double* state, Chosen chosen) const {
   const ParticleView p = view(t, state);
   double sum = 0;
   for (Force* const force : on_) {
+    if (!chosen(*force)) continue;
     const ParticleView own = seen_by(*force, p);
     force->prepare(own, *pool_);
     sum += sum_over_tiles(p.n, [&](Tile tile) { return force->potential(own, tile); });
   }
   return sum;
+}
+
+double Particles::potential_energy(double t, const double* state) const {
+  return potential_of(t, state, [](Force&) { return true; });
+}
+
+// Affine forces act on particles alone, and have energies that are large beside others.
+double Particles::unbreakable_energy(double t, const double* state) const {
+  return potential_of(t, state, [](Force& force) { return !force.breakable() && !force.affine(); });
 }
 
 double Particles::elastic_energy(double t, const double* state) const {

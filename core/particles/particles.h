@@ -59,10 +59,11 @@ class Particles {
   ParticleView seen_by(const Force& force, ParticleView view) const;  // with its own memory
   // rates := m' of all internal variables; after prepare_gather() if they depend on the particles.
   void derive(const ParticleView& view, double* rates) const;
-  bool conserves_energy() const noexcept;                        // springs and m g alone
-  double kinetic_energy(double t, const double* state) const;    // J
-  double potential_energy(double t, const double* state) const;  // J
-  double elastic_energy(double t, const double* state) const;    // J, of the springs alone
+  bool conserves_energy() const noexcept;                          // springs and m g alone
+  double kinetic_energy(double t, const double* state) const;      // J
+  double potential_energy(double t, const double* state) const;    // J
+  double elastic_energy(double t, const double* state) const;      // J, of the springs alone
+  double unbreakable_energy(double t, const double* state) const;  // J, without ties that may break
   bool has_damping() const noexcept { return motion_.damping > 0 || has_dashpots_; }
   // The power, W, of drag and dashpots; sums: scratch for three coordinates in a layout.
   double damping_power(double t, const double* state, Array& sums) const;
@@ -89,6 +90,8 @@ class Particles {
  private:
   void add_internal(Force& force);
   void add(Force& force, std::vector<const Net*>& nets);
+  template <class Chosen>
+  double potential_of(double t, const double* state, Chosen chosen) const;
 
   Layout layout_;
   std::vector<double> mass_, inverse_mass_;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <initializer_list>
 #include <map>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,6 +37,8 @@ struct GridPairs {
 
   std::array<int, 2> range(int axis) const;  // [begin, end) of the coordinate of the first end
   std::size_t count() const;
+  // Equal parts of the step that are steps themselves: 2 of (0, 2), which passes over a particle.
+  int parts() const { return std::gcd(std::gcd(step[0], step[1]), step[2]); }
 };
 
 // One element.
@@ -43,6 +46,7 @@ struct Element {
   std::span<const int> ids;
   std::ptrdiff_t index;  // in the list; -1: a pair of a grid
   double length;         // m, of a pair of a grid as the grid implies it; nan in the list
+  int parts = 1;         // of a pair of a grid, see GridPairs
 };
 
 struct Elements {
@@ -72,12 +76,13 @@ struct Elements {
       const auto [j0, j1] = g.range(1);
       const auto [k0, k1] = g.range(2);
       const int stride = (g.step[0] * g.size[1] + g.step[1]) * g.size[2] + g.step[2];
+      const int parts = g.parts();
       for (int i = i0; i < i1; ++i)
         for (int j = j0; j < j1; ++j)
           for (int k = k0; k < k1; ++k) {
             const int a = g.first + (i * g.size[1] + j) * g.size[2] + k;
             const int ends[2] = {a, a + stride};
-            visit(Element{ends, -1, g.length});
+            visit(Element{ends, -1, g.length, parts});
           }
     }
     const auto size = static_cast<std::size_t>(arity);

@@ -116,6 +116,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   for (const RigidSpec& body : spec.bodies) bodies.emplace_back(body.shape, body.mass, body.first);
   x = Array(Layout(n).size());
   place_particles();
+  std::vector<std::unique_ptr<Constraint>> constraints = made_constraints(spec, registry);
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
   std::vector<Force*> parts;
@@ -145,6 +146,9 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     forces.push_back(std::make_unique<Loads>(spec.loads));
     names.push_back("load");
   }
+  const auto may_break = [](const auto& part) { return part->breakable() != nullptr; };
+  if (std::ranges::any_of(forces, may_break) || std::ranges::any_of(constraints, may_break))
+    for (const auto& force : forces) force->expect_tears();
   pool = std::make_unique<ThreadPool>(useful_threads(threads, n));
   if (threads.as_pay && pool->most() > 1) thread_count_tuner.emplace(*pool);
   auto compiled = at_source(spec.place, [&] {
@@ -174,11 +178,12 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     });
     collider_switches.push_back(part.switch_name);
   }
-  for (std::size_t k = 0; k < parts.size(); ++k) breaking.add(*parts[k], force_switches[k]);
-  breaking.begin();
   particles->set_accuracy(spec.accuracy);
   compile_corrections();
-  compile_constraints(spec, registry);
+  compile_constraints(spec, registry, std::move(constraints));
+  for (std::size_t k = 0; k < parts.size(); ++k) breaking.add(*parts[k], force_switches[k]);
+  const ConstraintSystem* const system_of_constraints = particles->constraint_system();
+  breaking.begin(system_of_constraints ? &system_of_constraints->constraints() : nullptr);
   compile_contact(spec, registry);
   apply_switches(*settings);
   system = std::move(compiled);
@@ -339,10 +344,11 @@ int Simulation::steps(std::int64_t most) {
       s.integrator->recall(before);
     return 0;
   }
-  s.break_ties(s.t(s.step_count + now.taken), h());
+  const double end = s.t(s.step_count + now.taken);
+  s.end_contact(end);
+  s.break_ties(end, h());
   std::swap(s.x, s.x_next);
   s.step_count += now.taken;
-  s.end_contact(t());
   if (s.thread_count_tuner) s.thread_count_tuner->end(now.taken);
   s.look_for_rest(from);
   return now.taken;
@@ -368,11 +374,11 @@ bool Simulation::step_to(double end) {
     s.restart();
     return false;
   }
+  s.end_contact(end);
   s.break_ties(end, short_h);
   std::swap(s.x, s.x_next);
   s.n0 = ++s.step_count;
   s.t0 = end;
-  s.end_contact(end);
   if (!adaptive) s.restart();
   s.look_for_rest(from);
   return true;

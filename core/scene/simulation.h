@@ -116,10 +116,10 @@ class Simulation {
   std::span<const std::unique_ptr<StepCorrection>> corrections() const;  // of the ends of steps
   std::vector<Link> links(int particle) const;                           // in order of families
   std::vector<std::pair<std::string, long>> families() const;  // (family, number of springs)
-  int breakable_ties() const;                                  // that may break
+  int breakable_ties() const;     // that may break: of forces, and behind these of constraints
+  int breakable_springs() const;  // those of forces
   bool breaks() const { return breakable_ties() > 0; }
-  // Pairs whose ties broke and that nothing else joins, the lower id first, ascending.
-  std::span<const std::array<int, 2>> torn() const;
+  std::span<const std::array<int, 2>> torn() const;  // pairs joined no more, the lower id first
 
  private:
   struct Impl;

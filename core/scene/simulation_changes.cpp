@@ -251,8 +251,10 @@ void Simulation::cut(int a, int b) {
     refuse_change("nothing to cut",
                   "no tie between particles " + std::to_string(a) + " and " + std::to_string(b) +
                       " may break",
-                  "give the springs break_strain or break_force");
-  s.set_broken(ties, 0);  // the user takes the energy in them
+                  "give springs break_strain or break_force, rods break_force");
+  std::vector<int> broken = s.settings->broken;
+  broken.insert(broken.end(), ties.begin(), ties.end());
+  s.set_broken(s.breaking.with_bridges(std::move(broken)), 0);  // the user takes the energy in them
   s.restart();
 }
 

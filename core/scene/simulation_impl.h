@@ -54,7 +54,10 @@ struct Simulation::Impl {
 
   void compile_field(const SystemSpec& spec, Registry& registry);
   void compile_particles(const SystemSpec& spec, Registry& registry, Threads threads);
-  void compile_constraints(const SystemSpec& spec, Registry& registry);
+  std::vector<std::unique_ptr<Constraint>> made_constraints(const SystemSpec& spec,
+                                                            Registry& registry) const;
+  void compile_constraints(const SystemSpec& spec, Registry& registry,
+                           std::vector<std::unique_ptr<Constraint>> constraints);
   void compile_corrections();  // of forces
   std::unique_ptr<StepCorrection> contact(const ContactSpec& spec, const ContactTask& task,
                                           Registry& registry);
@@ -93,8 +96,11 @@ struct Simulation::Impl {
   double late_books(double t, double h) const;  // J, since then
   // Breaks the ties that the state at the end of a step, x_next, loads beyond their limit.
   void break_ties(double end, double h);
-  void set_broken(const std::vector<int>& more, double energy);  // besides, with that in them, J
-  void set_torn(const std::vector<int>& broken);                 // informs users of surfaces
+  void set_broken(std::vector<int> broken, double energy);  // with the energy of the new ones, J
+  void add_broken_energy(double energy);                    // J
+  // Informs users of surfaces. True if the equations of constraints changed, so that steppers have
+  // to be made again.
+  bool set_torn(const std::vector<int>& broken);
   // Frames a step: the work of contact in it counts up to the reported state.
   void begin_contact(double t);
   void end_contact(double t);

@@ -20,10 +20,9 @@ void Simulation::Impl::compile_corrections() {
       corrections.push_back(std::move(correction));
 }
 
-void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry) {
-  if (!bodies.empty())
-    particles->add_constraint_system().add(std::make_unique<RigidRows>(bodies), "rigid",
-                                           spec.bodies.front().place, 0, x.data());
+std::vector<std::unique_ptr<Constraint>> Simulation::Impl::made_constraints(
+    const SystemSpec& spec, Registry& registry) const {
+  std::vector<std::unique_ptr<Constraint>> all;
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -33,6 +32,25 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
       throw Error(ErrorKind::kScene, {plugin.title(), part.place, "it joins nothing",
                                       plugin.elements.arity == 1 ? "give particles = { ids }"
                                                                  : "give ties = { {a, b}, ... }"});
+    at_source(part.place, [&] {
+      all.push_back(made(plugin.make(params, joined.elements), plugin));
+      if (!joined.nodes.empty())
+        all.back() = constraint_on_nodes(std::move(all.back()), joined.nodes);
+    });
+  }
+  return all;
+}
+
+void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry,
+                                           std::vector<std::unique_ptr<Constraint>> constraints) {
+  if (!bodies.empty())
+    particles->add_constraint_system().add(std::make_unique<RigidRows>(bodies), "rigid",
+                                           spec.bodies.front().place, 0, x.data());
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
+    const PartSpec& part = spec.constraints[k];
+    const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
+    const Params params(plugin.title(), plugin.params, part.given, part.place);
+    const BodyAttachments joined(part.elements, spec, bodies, initial.count());
     for (const auto& correction : corrections)
       for (const int id : joined.elements.ids)
         if (id < initial.count() && correction->breaks_constraints(id))
@@ -42,11 +60,8 @@ void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& reg
                            ", which would break it",
                        "leave it out of one of them, or " + correction->remedy()});
     at_source(part.place, [&] {
-      auto constraint = made(plugin.make(params, joined.elements), plugin);
-      if (!joined.nodes.empty())
-        constraint = constraint_on_nodes(std::move(constraint), joined.nodes);
       particles->add_constraint_system().add(
-          std::move(constraint), plugin.name, part.place,
+          std::move(constraints[k]), plugin.name, part.place,
           params.has("feedback") ? params.number("feedback") : 0.0, x.data());
     });
   }
@@ -134,33 +149,54 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registr
       if (one != other && one->bodies()) other->keep_out_of(*one->bodies());
   for (const auto& correction : corrections)
     for (std::string& note : correction->notes()) particles->add_note(std::move(note));
+  if (breaking.of_constraints() > 0 && !corrections.empty())
+    particles->add_note(
+        "what bodies and surfaces press with is not in the tension by which rods break");
 }
 
 void Simulation::Impl::break_ties(double end, double h) {
   if (!breaking.any()) return;
   const ParticleView view = particles->view(end, x_next.data());
-  const std::vector<int> more = breaking.overloaded(view, settings->off);
+  std::span<const double> multipliers;
+  if (breaking.of_constraints() > 0)
+    multipliers = particles->constraint_system()->multipliers(end, x_next.data());
+  const std::vector<int> more = breaking.overloaded(view, multipliers, settings->off);
   if (more.empty()) return;
-  set_broken(more, breaking.energy(view, more));
+  std::vector<int> broken = settings->broken, fresh;
+  broken.insert(broken.end(), more.begin(), more.end());
+  broken = breaking.with_bridges(std::move(broken));
+  std::ranges::set_difference(broken, settings->broken, std::back_inserter(fresh));
+  // What else acts across the tear goes with it, such as bending.
+  const auto of_others = [&] { return particles->unbreakable_energy(end, x_next.data()); };
+  const double before = of_others(), in_ties = breaking.energy(view, fresh);
+  set_broken(std::move(broken), in_ties);
+  if (const double after = of_others(); after != before) add_broken_energy(before - after);
   integrator->restart(end, h, x_next.data());
 }
 
-void Simulation::Impl::set_broken(const std::vector<int>& more, double energy) {
+void Simulation::Impl::add_broken_energy(double energy) {
   auto wanted = std::make_shared<Settings>(*settings);
   wanted->broken_energy += energy;
-  const auto middle = static_cast<std::ptrdiff_t>(wanted->broken.size());
-  wanted->broken.insert(wanted->broken.end(), more.begin(), more.end());
-  std::inplace_merge(wanted->broken.begin(), wanted->broken.begin() + middle, wanted->broken.end());
   settings = std::move(wanted);
-  set_torn(settings->broken);
 }
 
-void Simulation::Impl::set_torn(const std::vector<int>& broken) {
-  breaking.set_broken(broken);
+void Simulation::Impl::set_broken(std::vector<int> broken, double energy) {
+  auto wanted = std::make_shared<Settings>(*settings);
+  wanted->broken_energy += energy;
+  wanted->broken = std::move(broken);
+  settings = std::move(wanted);
+  if (set_torn(settings->broken)) make_integrator(*settings, {});
+}
+
+bool Simulation::Impl::set_torn(const std::vector<int>& broken) {
+  const bool other_equations = breaking.set_broken(broken);
+  if (other_equations) particles->refresh_constraints();
   for (const auto& correction : corrections) correction->tear(breaking.torn());
+  return other_equations;
 }
 
 int Simulation::breakable_ties() const { return impl_->breaking.count(); }
+int Simulation::breakable_springs() const { return impl_->breaking.of_forces(); }
 std::span<const std::array<int, 2>> Simulation::torn() const { return impl_->breaking.torn(); }
 
 void Simulation::Impl::begin_books() {

@@ -97,6 +97,11 @@ Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, Partic
     if (force->breakable())
       refuse_sleep(spec.place, "'" + particles.name_of(*force) + "' has ties that may break",
                    "leave sleep out, or break_strain and break_force");
+  if (const ConstraintSystem* const system = particles.constraint_system())
+    for (std::size_t part = 0; part < system->constraints().rows().parts.size(); ++part)
+      if (system->constraints().breakable(part))
+        refuse_sleep(spec.place, "this scene has rods that may break",
+                     "leave sleep out, or break_force");
   const int n = spec.particles->count();
   Joined joined(n);
   for (const PartSpec& part : spec.forces)

@@ -13,6 +13,7 @@
 #include <array>
 
 #include "core/particles/elements/incidence.h"
+#include "core/particles/elements/torn_faces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
 
@@ -46,15 +47,19 @@ std::array<double, 4> edge_operator(const std::array<sim::Vec3, 4>& x) {
   return {c03 + c04, c01 + c02, -c01 - c03, -c02 - c04};
 }
 
+using Places = std::vector<sim::Vec3>;  // m, of all particles
+
+const sim::Vec3& at(const Places& p, int i) { return p[static_cast<std::size_t>(i)]; }
+
 // far[c]: the particle across the edge from corner c to the next one; -1 if there is none.
 Patch patch_of(const sim::TriangleMesh::Triangle& triangle, const std::array<int, 3>& far,
-               const sim::ParticleView& p) {
+               const Places& p) {
   Patch patch;
   std::array<sim::Vec3, 3> x;
   for (std::size_t c = 0; c < 3; ++c) {
     patch.ids[c] = triangle[c];
     patch.ids[3 + c] = far[c] < 0 ? triangle[0] : far[c];
-    x[c] = p.position(triangle[c]);
+    x[c] = at(p, triangle[c]);
   }
   const sim::Vec3 u = (x[1] - x[0]).normalized(), normal = (x[1] - x[0]).cross(x[2] - x[0]);
   const sim::Vec3 v = normal.normalized().cross(u);
@@ -62,7 +67,7 @@ Patch patch_of(const sim::TriangleMesh::Triangle& triangle, const std::array<int
   for (std::size_t c = 0; c < 3; ++c) {
     if (far[c] < 0) continue;
     const std::size_t next = (c + 1) % 3, last = (c + 2) % 3;
-    const std::array<double, 4> k = edge_operator({x[c], x[next], x[last], p.position(far[c])});
+    const std::array<double, 4> k = edge_operator({x[c], x[next], x[last], at(p, far[c])});
     const sim::Vec3 along = (x[next] - x[c]).normalized();
     const double nu = along.dot(v), nv = -along.dot(u);
     const double shares[3] = {nu * nu, nv * nv, std::sqrt(2.0) * nu * nv};
@@ -77,11 +82,17 @@ Patch patch_of(const sim::TriangleMesh::Triangle& triangle, const std::array<int
   return patch;
 }
 
-std::vector<Patch> patches_of(const sim::TriangleMesh& surface, const sim::ParticleView& p) {
+// Faces that are torn do not bend, nor do others across an edge to them.
+std::vector<Patch> patches_of(const sim::TriangleMesh& surface, const Places& p,
+                              sim::TornPairs torn) {
   const auto triangles = surface.triangles();
   std::vector<std::array<int, 3>> far(triangles.size(), {-1, -1, -1});
   for (const sim::TriangleMesh::Edge& edge : surface.edges()) {
     if (edge.boundary()) continue;
+    const auto gone = [&](int t) {
+      return sim::torn_face(torn, triangles[static_cast<std::size_t>(t)]);
+    };
+    if (gone(edge.triangles[0]) || gone(edge.triangles[1])) continue;
     for (std::size_t side = 0; side < 2; ++side) {
       const auto t = static_cast<std::size_t>(edge.triangles[side]);
       const auto at = std::ranges::find(triangles[t], edge.ends[side]) - triangles[t].begin();
@@ -99,18 +110,17 @@ class Bending final : public sim::Force {
   explicit Bending(const sim::Params& params)
       : surface_(params.surface("surface")), stiffness_(params.number("stiffness")) {}
 
-  // The sum over the patches is U = k/2 x^T Q x with a constant matrix Q.
   void bind(const sim::ParticleView& initial) override {
-    patches_ = patches_of(*surface_, initial);
-    std::vector<int> ids;
-    for (const Patch& patch : patches_) ids.insert(ids.end(), patch.ids.begin(), patch.ids.end());
-    const sim::Incidence patches_at(initial.n, ids);
-    entries_.clear();
-    rows_ = {0};
-    for (int i = 0; i < initial.n; ++i) {
-      add_row(i, patches_at.at(i));
-      rows_.push_back(entries_.size());
-    }
+    for (int i = 0; i < initial.n; ++i) start_.push_back(initial.position(i));
+    make_rows({});
+    for (int i = 0; i < initial.n; ++i)
+      for (const Entry& entry : row(i))
+        if (i < entry.j) couplings_.push_back({i, entry.j});
+  }
+
+  void tear(sim::TornPairs torn) override {
+    if (!torn.empty() || torn_) make_rows(torn);
+    torn_ = !torn.empty();
   }
 
   // The rows of Q add up to 0, so that -k sum of Q_ij x_j = k sum of Q_ij (x_i - x_j).
@@ -140,9 +150,7 @@ class Bending final : public sim::Force {
   }
 
   bool couplings(std::vector<std::array<int, 2>>& pairs) const override {
-    for (int i = 0; i + 1 < static_cast<int>(rows_.size()); ++i)
-      for (const Entry& entry : row(i))
-        if (i < entry.j) pairs.push_back({i, entry.j});
+    pairs.insert(pairs.end(), couplings_.begin(), couplings_.end());
     return true;
   }
 
@@ -163,6 +171,21 @@ class Bending final : public sim::Force {
     int j;
     double value;  // k Q_ij, N/m
   };
+
+  // The sum over the patches is U = k/2 x^T Q x with a matrix Q that is constant until a tear.
+  void make_rows(sim::TornPairs torn) {
+    const int n = static_cast<int>(start_.size());
+    patches_ = patches_of(*surface_, start_, torn);
+    std::vector<int> ids;
+    for (const Patch& patch : patches_) ids.insert(ids.end(), patch.ids.begin(), patch.ids.end());
+    const sim::Incidence patches_at(n, ids);
+    entries_.clear();
+    rows_ = {0};
+    for (int i = 0; i < n; ++i) {
+      add_row(i, patches_at.at(i));
+      rows_.push_back(entries_.size());
+    }
+  }
 
   // Appends the row of particle i, from its positions among the ids of all patches.
   void add_row(int i, std::span<const int> places) {
@@ -194,6 +217,9 @@ class Bending final : public sim::Force {
 
   std::shared_ptr<const sim::TriangleMesh> surface_;
   double stiffness_;
+  Places start_;
+  std::vector<std::array<int, 2>> couplings_;  // of the whole surface
+  bool torn_ = false;
   std::vector<Patch> patches_;     // one a triangle
   std::vector<std::size_t> rows_;  // entries of row i: [rows_[i], rows_[i + 1])
   std::vector<Entry> entries_;     // off the diagonal, each row ascending

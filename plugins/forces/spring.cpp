@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/particles/breakable.h"
+#include "core/particles/bridges.h"
 #include "core/particles/springs/dashpots.h"
 #include "core/particles/springs/springs.h"
 #include "core/plugin/plugin.h"
@@ -25,6 +26,13 @@ class Spring final : public sim::Force, public sim::Breakable {
       : params_(params), ties_(ties), sense_(sense_of(params)) {
     breaks_ = ties.values.contains("break_strain") || ties.values.contains("break_force") ||
               params.has("break_strain") || params.has("break_force");
+  }
+
+  // Springs that bridge particles may have to go with a tear, whatever they bear.
+  void expect_tears() override {
+    breaks_ = breaks_ || std::ranges::any_of(ties_.grids, [](const sim::GridPairs& pairs) {
+                return pairs.parts() > 1;
+              });
   }
 
   void bind(const sim::ParticleView& initial) override {
@@ -92,7 +100,8 @@ class Spring final : public sim::Force, public sim::Breakable {
   }
 
   // A spring breaks in tension, a strut in compression.
-  void find_overloaded(const sim::ParticleView& view, std::vector<int>& out) const override {
+  void find_overloaded(const sim::ParticleView& view, std::span<const double> /*multipliers*/,
+                       std::vector<int>& out) const override {
     const bool pushes = sense_ == sim::SpringSense::kCompression;
     for (std::size_t tie = 0; tie < breakable_.size(); ++tie) {
       const Tie& spring = breakable_[tie];
@@ -101,6 +110,10 @@ class Spring final : public sim::Force, public sim::Breakable {
       const double most = spring.limit * spring.limit;
       if (pushes ? square < most : square > most) out.push_back(static_cast<int>(tie));
     }
+  }
+
+  void find_bridges(sim::TornPairs torn, std::vector<int>& out) const override {
+    bridges_.find(torn, out);
   }
 
   void set_broken(std::span<const int> broken) override {
@@ -140,6 +153,7 @@ class Spring final : public sim::Force, public sim::Breakable {
       double most = HUGE_VAL;  // change of length, m
       if (r > 0 && !std::isnan(strain(tie))) most = std::min(most, r * strain(tie));
       if (k > 0 && !std::isnan(force(tie))) most = std::min(most, force(tie) / k);
+      bridges_.add(static_cast<int>(breakable_.size()), tie.ids[0], tie.ids[1], tie.parts);
       breakable_.push_back({tie.ids[0], tie.ids[1], k, r, damping(tie),
                             pushes ? std::max(0.0, r - most) : r + most,
                             damping(tie) > 0 ? dashpots++ : -1});
@@ -169,6 +183,7 @@ class Spring final : public sim::Force, public sim::Breakable {
   sim::SpringSense sense_;
   bool breaks_ = false;
   std::vector<Tie> breakable_;  // in the order of the scene
+  sim::Bridges bridges_;
 };
 
 }  // namespace

@@ -13,7 +13,7 @@
 
 namespace {
 
-// All systems as one mesh.
+// All systems as one mesh, without what is torn.
 struct Mesh {
   std::vector<double> x;
   std::vector<std::array<int, 3>> triangles;
@@ -24,10 +24,12 @@ struct Mesh {
       const int first = static_cast<int>(x.size() / 3);
       x.insert(x.end(), moment[m].x.begin(), moment[m].x.end());
       for (const auto& t : models[m].triangles)
-        triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        if (!sim::torn(moment[m], t))
+          triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
       if (!models[m].triangles.empty()) continue;
       for (const sim::ModelFamily& family : models[m].families)
-        for (const auto& [a, b] : family.ends) edges.push_back({a + first, b + first});
+        for (const auto& [a, b] : family.ends)
+          if (!sim::torn(moment[m], a, b)) edges.push_back({a + first, b + first});
     }
   }
 };
@@ -89,7 +91,8 @@ class MeshFile final : public sim::Writer {
       last_ = moment;
       return;
     }
-    if (samples_++ == 0) first_->buffer() = obj(Mesh(task_.models, moment));
+    if (samples_++ == 0) last_ = moment;
+    for (std::size_t m = 0; m < moment.size(); ++m) last_[m].torn = moment[m].torn;
     std::string points;
     for (const sim::Frame& frame : moment)
       for (const double x : frame.x) sim::append_bytes(points, static_cast<float>(x));
@@ -107,6 +110,7 @@ class MeshFile final : public sim::Writer {
       sim::append_bytes(out, 1.0F);
       sim::append_bytes(out, static_cast<std::int32_t>(samples_));
       sim::append_scratch(output_, *points_, 0, points_->size());
+      if (!last_.empty()) first_->buffer() = obj(Mesh(task_.models, last_));
       first_->commit();
     } else if (!last_.empty()) {
       const Mesh mesh(task_.models, last_);
@@ -120,7 +124,7 @@ class MeshFile final : public sim::Writer {
   bool cache_;
   sim::Output output_;
   std::optional<sim::Output> first_;
-  sim::Moment last_;
+  sim::Moment last_;  // of a cache: the first, with what is torn at the end
   std::size_t samples_ = 0, count_ = 0;
   std::optional<sim::ScratchFile> points_;
 };

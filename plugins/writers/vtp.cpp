@@ -25,12 +25,16 @@ class Vtp {
     std::vector<double> strain;
     for (std::size_t f = 0; f < model.families.size(); ++f)
       for (std::size_t s = 0; s < model.families[f].ends.size(); ++s) {
-        for (const int i : model.families[f].ends[s]) lines.push_back(i);
+        const auto& [a, b] = model.families[f].ends[s];
+        if (sim::torn(frame, a, b)) continue;
+        for (const int i : {a, b}) lines.push_back(i);
         strain.push_back(sim::strain(model, frame, static_cast<int>(f), s));
         family.push_back(static_cast<std::int64_t>(f));
       }
-    for (const auto& triangle : model.triangles)
+    for (const auto& triangle : model.triangles) {
+      if (sim::torn(frame, triangle)) continue;
       for (const int i : triangle) polys.push_back(i);
+    }
     if (lines.empty() && polys.empty())
       for (std::size_t i = 0; i < n; ++i) verts.push_back(static_cast<std::int64_t>(i));
     // Cells go verts, lines, polygons; triangles have no strain and no family.

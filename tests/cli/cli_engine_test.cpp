@@ -211,6 +211,14 @@ TEST_CASE("what LAMMPS would not mean in the same way is refused before anything
       "  dt = 0.01, duration = 1 }\n");
   refused({"damped.lua"}, 3, "the damping of springs");
   write_text(
+      here("weak.lua"),
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\n"
+      "p:add { 0, 0, 0 }\np:add { 1, 0, 0 }\n"
+      "local s = sim.force.spring { stiffness = 5, break_strain = 0.3 }\ns:tie(0, 1)\n"
+      "return sim.scene { name = 'w', particles = p, forces = { s }, integrator = 'verlet',\n"
+      "  dt = 0.01, duration = 1 }\n");
+  refused({"weak.lua"}, 3, "force 'spring' with ties that may break");
+  write_text(
       here("hub.lua"),
       "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\n"
       "for i = 0, 1001 do p:add { i, 0, 0 } end\n"

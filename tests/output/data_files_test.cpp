@@ -202,6 +202,37 @@ TEST_CASE("meshes of springs without triangles have an edge for each", "[output]
   }
 }
 
+TEST_CASE("meshes leave out what is torn", "[output]") {
+  // A strip of two cells and a gap between them, whose halves fly apart.
+  const WritingFolder folder;
+  write_text(folder.at("torn.lua"),
+             "local sim = require 'sim'\n"
+             "local p = sim.particles { mass = 1 }\n"
+             "for i = 0, 7 do\n"
+             "  p:add({i % 4, i // 4, 0}, { velocity = {i % 4 < 2 and 0 or 3, 0, 0} })\n"
+             "end\n"
+             "local threads = sim.force.spring { stiffness = 1, break_strain = 0.2 }\n"
+             "local faces = {}\n"
+             "for i = 0, 2 do\n"
+             "  threads:tie(i, i + 1); threads:tie(i + 4, i + 5); threads:tie(i, i + 5)\n"
+             "  faces[#faces + 1] = {i, i + 1, i + 5}; faces[#faces + 1] = {i, i + 5, i + 4}\n"
+             "end\n"
+             "for i = 0, 3 do threads:tie(i, i + 4) end\n"
+             "local sheet = sim.surface { particles = p, triangles = faces }\n"
+             "return sim.scene { particles = p, surfaces = { sheet }, forces = { threads },\n"
+             "  integrator = 'verlet', dt = 0.01, duration = 0.5 }\n");
+  folder.run(run_of("torn.lua", {"a.ply", "a.obj", "a.vtp", "b.pc2"}));
+  for (const PlyFile& mesh : {read_ply(folder.text("a.ply")), read_obj(folder.text("a.obj")),
+                              read_obj(folder.text("b.obj"))}) {
+    CHECK(mesh.faces.size() == 4);
+    for (const auto& face : mesh.faces)
+      CHECK(std::ranges::all_of(face, [&](int id) { return id % 4 / 2 == face[0] % 4 / 2; }));
+  }
+  const VtpFile vtp = read_vtp(folder.text("a.vtp"));
+  CHECK(vtp.counts.at("NumberOfPolys") == 4);
+  CHECK(vtp.counts.at("NumberOfLines") == 10);
+}
+
 TEST_CASE("extended XYZ has each number in its column", "[output]") {
   const WritingFolder folder;
   folder.run(run_of("world.lua", {"a.xyz"}));

@@ -59,6 +59,11 @@ void ConstraintSystem::begin() {
   contact_accelerations_.reset();
 }
 
+void ConstraintSystem::refresh() {
+  constraints_.refresh();
+  begin();
+}
+
 bool ConstraintSystem::add_constraint_forces(const ParticleView& view, const double* memory,
                                              double* const a[3]) {
   if (solver_->accelerate(view, memory, {a[0], a[1], a[2]})) return true;
@@ -145,24 +150,27 @@ void ConstraintSystem::start(double* state) {
 bool ConstraintSystem::observe(const ParticleView& now, const double* state) {
   if (!observer_) observer_ = std::make_unique<ConstraintSolver>(constraints_);
   const Layout half(now.n, 3);
-  Array sums(half.size());
-  const auto a = half.axes(sums.data());
+  if (sums_.size() == 0) sums_ = Array(half.size());
+  const auto a = half.axes(sums_.data());
   particles_->accelerate(now, a.data());
   particles_->prescribed().accelerate(now.t, a);
   return observer_->accelerate(now, state + internal_begin(), a);
 }
 
+std::span<const double> ConstraintSystem::multipliers(double t, const double* state) {
+  const ParticleView now = particles_->view(t, state);
+  if (!observe(now, state)) return {};
+  if (!joins_contact()) return observer_->multipliers();
+  if (!contact_accelerations_)
+    contact_accelerations_ =
+        std::make_unique<ContactAccelerations>(*particles_, constraints_, contact_count_);
+  return contact_accelerations_->multipliers(now, observer_->values());
+}
+
 std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* state) {
   std::vector<ConstraintForce> list;
-  const ParticleView now = particles_->view(t, state);
-  if (!observe(now, state)) return list;
-  std::span<const double> multipliers = observer_->multipliers();
-  if (joins_contact()) {
-    if (!contact_accelerations_)
-      contact_accelerations_ =
-          std::make_unique<ContactAccelerations>(*particles_, constraints_, contact_count_);
-    multipliers = contact_accelerations_->multipliers(now, observer_->values());
-  }
+  const std::span<const double> multipliers = this->multipliers(t, state);
+  if (multipliers.empty()) return list;
 
   // Two-particle constraints are reported row by row, all others as forces on each particle.
   const RowList& rows = constraints_.rows();

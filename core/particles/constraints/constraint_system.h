@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "core/base/array.h"
 #include "core/particles/constraints/constraint_force.h"
 #include "core/particles/constraints/constraint_solver.h"
 
@@ -23,6 +25,7 @@ class ConstraintSystem {
   void add(std::unique_ptr<Constraint> constraint, const std::string& name,
            const std::string& place, double feedback, const double* initial);
   void begin();
+  void refresh();  // when ties of constraints are broken or mended
 
   const Constraints& constraints() const noexcept { return constraints_; }
   // The offset of the internal variables of the constraints in a state, and their number.
@@ -63,6 +66,7 @@ class ConstraintSystem {
   bool joins_contact() const;
 
   // These evaluate any state and store nothing of it.
+  std::span<const double> multipliers(double t, const double* state);  // N; empty: not finite
   std::vector<ConstraintForce> forces(double t, const double* state);
   double driving_power(double t, const double* state);  // of constraints that move, W
   ConstraintDrift drift(double t, const double* state) const;
@@ -77,6 +81,7 @@ class ConstraintSystem {
   std::unique_ptr<ConstraintSolver> solver_, observer_;  // observer: between steps
   std::unique_ptr<class ContactAccelerations>
       contact_accelerations_;  // null unless particles touch colliders
+  Array sums_;                 // of the observer
   int contact_count_ = 0;
   std::int64_t implicit_drifts_ = 0;
   std::string refusal_;

@@ -13,22 +13,32 @@ void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string&
   constraint->bind(initial);
   if (const std::string note = constraint->note(); !note.empty())
     notes_.push_back("constraint '" + name + "': " + note);
-  const RowPattern pattern = constraint->pattern();
-  // The rows are contiguous and name particles that exist.
-  SIM_ASSERT(std::ranges::is_sorted(pattern.begin) && pattern.begin.front() == 0);
-  SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
-  SIM_ASSERT(std::ranges::all_of(pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));
   const auto memory = static_cast<std::size_t>(constraint->internal_size());
-  RowPattern& all = rows_.pattern;
-  rows_.parts.push_back({constraint.get(), all.rows(), all.begin.back(), memory_, memory});
-  for (std::size_t r = 1; r < pattern.begin.size(); ++r)
-    all.begin.push_back(rows_.parts.back().entry + pattern.begin[r]);
-  all.ids.insert(all.ids.end(), pattern.ids.begin(), pattern.ids.end());
+  rows_.parts.push_back({constraint.get(), 0, 0, memory_, memory});
+  append_rows(rows_.parts.back());
+  SIM_ASSERT(
+      std::ranges::all_of(rows_.pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));
   memory_ += (memory + kLine - 1) / kLine * kLine;
   feedback_ = std::max(feedback_, feedback);
   parts_.push_back({std::move(constraint), name, place});
   for (int i = 0; i < initial.n; ++i)
     size_ = std::max(size_, initial.position(i).cwiseAbs().maxCoeff());
+}
+
+void Constraints::append_rows(RowList::Part& part) {
+  const RowPattern own = part.constraint->pattern();
+  // Rows one behind the other.
+  SIM_ASSERT(std::ranges::is_sorted(own.begin) && own.begin.front() == 0);
+  SIM_ASSERT(own.begin.back() == static_cast<int>(own.ids.size()));
+  RowPattern& all = rows_.pattern;
+  part.row = all.rows(), part.entry = all.begin.back();
+  for (std::size_t r = 1; r < own.begin.size(); ++r) all.begin.push_back(part.entry + own.begin[r]);
+  all.ids.insert(all.ids.end(), own.ids.begin(), own.ids.end());
+}
+
+void Constraints::refresh() {
+  rows_.pattern = {};
+  for (RowList::Part& part : rows_.parts) append_rows(part);
 }
 
 void Constraints::set_masses(std::span<const double> masses) {

@@ -22,7 +22,11 @@ class Constraints {
   // Sets the masses, infinite where pinned; users have to be made again.
   void set_masses(std::span<const double> masses);
 
+  // Reads all patterns again, when ties are broken or mended; users have to be made again.
+  void refresh();
+
   bool empty() const noexcept { return parts_.empty(); }
+  Breakable* breakable(std::size_t part) const { return parts_[part].constraint->breakable(); }
   bool move() const;                                              // some may do work
   double feedback() const noexcept { return feedback_; }          // 1/s; 0: states are projected
   double size() const noexcept { return size_; }                  // m, of the largest coordinate
@@ -42,6 +46,8 @@ class Constraints {
     std::unique_ptr<Constraint> constraint;
     std::string title, place;
   };
+  void append_rows(RowList::Part& part);
+
   std::vector<Entry> parts_;
   RowList rows_;
   std::vector<double> weights_;

@@ -46,14 +46,16 @@ void RowList::write_curvature(ParticleView view, const double* memory,
   }
 }
 
-RowValues::RowValues(const RowList& list)
-    : list_(&list),
-      phi_(static_cast<std::size_t>(list.rows())),
-      drive_(phi_.size()),
-      bias_(phi_.size()),
-      gradient_(list.pattern.ids.size()) {}
+RowValues::RowValues(const RowList& list) : list_(&list) { resize(); }
+
+void RowValues::resize() {
+  const auto rows = static_cast<std::size_t>(list_->rows());
+  for (std::vector<double>* const values : {&phi_, &drive_, &bias_}) values->resize(rows);
+  gradient_.resize(list_->pattern.ids.size());
+}
 
 bool RowValues::evaluate(ParticleView view, const double* memory) {
+  resize();
   for (const RowList::Part& part : list_->parts) {
     view.internal = {memory + part.memory, part.internal_size};
     part.constraint->evaluate(view, {phi_.data() + part.row, gradient_.data() + part.entry,

@@ -35,7 +35,8 @@ class RowValues {
  public:
   explicit RowValues(const RowList& list);
 
-  // memory: of all constraints. False if a number is not finite.
+  // memory: of all constraints. False if a number is not finite. As many rows as the list has now,
+  // which never has more than at first.
   bool evaluate(ParticleView view, const double* memory);
 
   std::span<const double> phi() const { return phi_; }
@@ -50,6 +51,8 @@ class RowValues {
   void add_transposed(const double* lambda, const double* weights, double* const v[3]) const;
 
  private:
+  void resize();
+
   const RowList* list_;
   std::vector<double> phi_, drive_, bias_;
   std::vector<Vec3> gradient_;

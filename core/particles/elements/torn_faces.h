@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-namespace sim {
+#include "core/particles/breakable.h"
 
-using TornPairs = std::span<const std::array<int, 2>>;  // of Force::tear()
+namespace sim {
 
 inline bool torn_edge(TornPairs torn, int a, int b) {
   return std::ranges::binary_search(torn, std::array<int, 2>{std::min(a, b), std::max(a, b)});

@@ -141,8 +141,9 @@ class NodeForce final : public Force, public Breakable {
   double energy(const ParticleView& view, int tie) const override {
     return force_->breakable()->energy(seen_.look(view), tie);
   }
-  void find_overloaded(const ParticleView& view, std::vector<int>& ties) const override {
-    force_->breakable()->find_overloaded(seen_.look(view), ties);
+  void find_overloaded(const ParticleView& view, std::span<const double> multipliers,
+                       std::vector<int>& ties) const override {
+    force_->breakable()->find_overloaded(seen_.look(view), multipliers, ties);
   }
   void set_broken(std::span<const int> ties) override {
     force_->breakable()->set_broken(ties);
@@ -192,30 +193,14 @@ class NodeForce final : public Force, public Breakable {
   bool gathers_ = true;
 };
 
-class NodeConstraint final : public Constraint {
+class NodeConstraint final : public Constraint, public Breakable {
  public:
   NodeConstraint(std::unique_ptr<Constraint> constraint, std::vector<JointNode> nodes)
       : constraint_(std::move(constraint)), seen_(std::move(nodes)) {}
 
   void bind(const ParticleView& initial) override {
     constraint_->bind(seen_.look(initial));
-    own_ = constraint_->pattern();
-    gradient_.resize(own_.ids.size());
-    // Each row names a particle once, even if several nodes refer to it.
-    for (int r = 0; r < own_.rows(); ++r) {
-      const auto first = pattern_.ids.size();
-      for (int e = own_.begin[at(r)]; e < own_.begin[at(r + 1)]; ++e) {
-        const JointNode& node = seen_.nodes()[at(own_.ids[at(e)])];
-        for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p) {
-          auto place = std::find(pattern_.ids.begin() + static_cast<std::ptrdiff_t>(first),
-                                 pattern_.ids.end(), node.ids[p]);
-          const auto slot = static_cast<int>(place - pattern_.ids.begin());
-          if (place == pattern_.ids.end()) pattern_.ids.push_back(node.ids[p]);
-          shares_.push_back({e, slot, node.weights[p]});
-        }
-      }
-      pattern_.begin.push_back(static_cast<int>(pattern_.ids.size()));
-    }
+    list_rows();
   }
 
   RowPattern pattern() const override { return pattern_; }
@@ -237,7 +222,49 @@ class NodeConstraint final : public Constraint {
   std::string complaint() const override { return constraint_->complaint(); }
   std::string note() const override { return constraint_->note(); }
 
+  // A point of a body goes by the first of its particles.
+  Breakable* breakable() override { return constraint_->breakable() ? this : nullptr; }
+  int ties() const override { return constraint_->breakable()->ties(); }
+  std::array<int, 2> ends(int tie) const override {
+    std::array<int, 2> ends = constraint_->breakable()->ends(tie);
+    for (int& end : ends) end = seen_.nodes()[at(end)].ids[0];
+    return ends;
+  }
+  double energy(const ParticleView& view, int tie) const override {
+    return constraint_->breakable()->energy(seen_.look(view), tie);
+  }
+  void find_overloaded(const ParticleView& view, std::span<const double> multipliers,
+                       std::vector<int>& ties) const override {
+    constraint_->breakable()->find_overloaded(seen_.look(view), multipliers, ties);
+  }
+  void set_broken(std::span<const int> ties) override {
+    constraint_->breakable()->set_broken(ties);
+    list_rows();
+  }
+
  private:
+  void list_rows() {
+    own_ = constraint_->pattern();
+    pattern_ = {};
+    shares_.clear();
+    gradient_.resize(own_.ids.size());
+    // Each row joins a particle once, through however many nodes.
+    for (int r = 0; r < own_.rows(); ++r) {
+      const auto first = pattern_.ids.size();
+      for (int e = own_.begin[at(r)]; e < own_.begin[at(r + 1)]; ++e) {
+        const JointNode& node = seen_.nodes()[at(own_.ids[at(e)])];
+        for (std::size_t p = 0; p < static_cast<std::size_t>(node.count); ++p) {
+          auto place = std::find(pattern_.ids.begin() + static_cast<std::ptrdiff_t>(first),
+                                 pattern_.ids.end(), node.ids[p]);
+          const auto slot = static_cast<int>(place - pattern_.ids.begin());
+          if (place == pattern_.ids.end()) pattern_.ids.push_back(node.ids[p]);
+          shares_.push_back({e, slot, node.weights[p]});
+        }
+      }
+      pattern_.begin.push_back(static_cast<int>(pattern_.ids.size()));
+    }
+  }
+
   struct Share {
     int entry, slot;  // of the rows on nodes, and of those on particles
     double weight;

@@ -137,7 +137,7 @@ Finding EnergyCriterion::finding(const RunDeviation& shadow) const {
   const std::string cause =
       of_forces ? "; no step mends it: some potential jumps, or is not that of its force" : "";
   const std::string damping = balance_.has_work() ? "forces" : "drag";
-  const std::string between = system_->breaks() ? "contact and springs that broke" : "contact";
+  const std::string between = system_->breaks() ? "contact and what broke" : "contact";
   const std::string taker = drag && contact ? damping + " and " + between
                             : drag          ? damping
                                             : between;

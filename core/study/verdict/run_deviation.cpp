@@ -37,7 +37,7 @@ Finding finding_of(const RunDeviation& deviation, const Simulation& run) {
                                  " s that no step has seen"};
   if (!std::isnan(deviation.others_broke_at))
     return {Trust::kChaotic, "positions are right until about t = " + brief(deviation.horizon, 2) +
-                                 " s (with a finer step other springs break)"};
+                                 " s (with a finer step other springs or rods break)"};
   const bool chaotic = deviation.chaotic();
   constexpr double kFast = 1e4;
   const std::string parting_rate =

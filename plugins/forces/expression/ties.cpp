@@ -6,6 +6,7 @@
 #include "core/base/array.h"
 #include "core/base/thread_pool.h"
 #include "core/particles/breakable.h"
+#include "core/particles/bridges.h"
 #include "core/particles/elements/distances.h"
 #include "core/particles/elements/element_couplings.h"
 #include "core/particles/elements/incidence.h"
@@ -114,7 +115,8 @@ class OfTies final : public sim::Force, public sim::Breakable {
         [&](int, int, const Distances&, const Values& values) { sum = values[0][0]; });
     return sum;
   }
-  void find_overloaded(const sim::ParticleView& view, std::vector<int>& out) const override {
+  void find_overloaded(const sim::ParticleView& view, std::span<const double> /*multipliers*/,
+                       std::vector<int>& out) const override {
     evaluate(
         law_->slope, view, static_cast<int>(count()), [](int i) { return i; },
         [&](int first, int many, const Distances& at, const Values& values) {
@@ -125,6 +127,16 @@ class OfTies final : public sim::Force, public sim::Breakable {
               out.push_back(first + lane);
           }
         });
+  }
+  void find_bridges(sim::TornPairs torn, std::vector<int>& out) const override {
+    bridges_.find(torn, out);
+  }
+  // Ties that bridge particles may have to go with a tear, whatever they bear.
+  void expect_tears() override {
+    if (!broken_.empty() || bridges_.empty()) return;
+    longest_.assign(count(), HUGE_VAL);
+    strongest_.assign(count(), HUGE_VAL);
+    broken_.assign(count(), 0);
   }
   void set_broken(std::span<const int> broken) override {
     std::ranges::fill(broken_, std::uint8_t{0});
@@ -190,6 +202,7 @@ class OfTies final : public sim::Force, public sim::Breakable {
   void take(const sim::Params& params, const sim::Elements& ties, const OfBoth& both,
             const std::vector<std::string>& own) {
     ties.for_each([&](const sim::Element& tie) {
+      bridges_.add(static_cast<int>(count()), tie.ids[0], tie.ids[1], tie.parts);
       ends_.insert(ends_.end(), tie.ids.begin(), tie.ids.end());
     });
     for (std::size_t column = 0; column < both.size(); ++column) {
@@ -251,8 +264,9 @@ class OfTies final : public sim::Force, public sim::Breakable {
   double given_rest_ = 0;                    // m, of all, where the force gives it
   std::vector<double> longest_, strongest_;  // m, N: the limits of ties, if some may break
   std::vector<std::uint8_t> broken_;         // of each tie, likewise
-  sim::Incidence places_;                    // in ends_, of each particle
-  sim::Array forces_;                        // N, on the first end of each tie; four numbers each
+  sim::Bridges bridges_;
+  sim::Incidence places_;  // in ends_, of each particle
+  sim::Array forces_;      // N, on the first end of each tie; four numbers each
 };
 
 }  // namespace
