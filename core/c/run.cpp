@@ -32,7 +32,7 @@ double done_of(std::span<const Track> tracks) {
   return done;
 }
 
-// Of what is asked for, that which is a figure of a whole run.
+// The quantities asked for that are figures of a whole run.
 std::vector<study::Quantity> figures_of(const SystemSpec& spec,
                                         const std::vector<std::string>& judged) {
   std::vector<study::Quantity> figures;

@@ -88,7 +88,7 @@ std::vector<int> Breaking::overloaded(const ParticleView& view, std::span<const 
   return found;
 }
 
-// What bridges a gap may leave another one.
+// Ties that bridge a gap may leave another one where they break.
 std::vector<int> Breaking::with_bridges(std::vector<int> broken) const {
   for (;;) {
     std::ranges::sort(broken);

@@ -166,7 +166,7 @@ void Simulation::Impl::break_ties(double end, double h) {
   broken.insert(broken.end(), more.begin(), more.end());
   broken = breaking.with_bridges(std::move(broken));
   std::ranges::set_difference(broken, settings->broken, std::back_inserter(fresh));
-  // What else acts across the tear goes with it, such as bending.
+  // Other forces across the tear go with it, such as bending.
   const auto of_others = [&] { return particles->unbreakable_energy(end, x_next.data()); };
   const double before = of_others(), in_ties = breaking.energy(view, fresh);
   set_broken(std::move(broken), in_ties);
@@ -222,7 +222,7 @@ bool Simulation::Impl::correct(double t, double h) {
     return false;
   };
   const auto refuse = [&](const std::string& why) { return fail(StepStatus::kNotAllowed, why); };
-  // What those that are done remember is undone where a later one gives the step up.
+  // The memories of earlier corrections are restored if a later one gives the step up.
   const bool may_undo = stop && corrections.size() > 1;
   const ContactWork work_before = contact_work;
   std::vector<std::vector<double>> memories;

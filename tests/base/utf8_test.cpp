@@ -108,7 +108,7 @@ TEST_CASE("text is cut between characters, at every length", "[base]") {
     CHECK(sim::utf8_head(text, at) == text.substr(0, boundary(at)));
     if (at > text.size()) continue;
     CHECK(sim::unfinished_utf8(text.substr(0, at)) == at - boundary(at));
-    // What is no UTF-8 is cut where it is said.
+    // Bytes that are no UTF-8 are cut exactly at the limit.
     CHECK(sim::utf8_head(std::string(text.size() + 1, '\x80'), at) == std::string(at, '\x80'));
   }
   for (std::size_t count = 0; count <= kMixed.size(); ++count) {

@@ -244,7 +244,7 @@ TEST_CASE("bending goes with the faces of a tear, and is booked", "[breaking]") 
     run.system.cut(3, 4);
     for (int i = 0; i < 5; ++i) CHECK(bending_on(run, i) == 0);
 
-    // What breaks by itself takes the bending of its face along, and the books are even.
+    // A tie that breaks by itself takes the bending of its face along, and energies add up.
     run.system.reset();
     CHECK(bending_on(run, 0) > 0);
     run.system.set_velocity(4, {0, 4, 0});

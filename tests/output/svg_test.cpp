@@ -173,7 +173,7 @@ TEST_CASE("every mark of an axis stands where its number says, and so does every
     chart.title = "t & u", chart.y_name = "y [m]", chart.x_name = "x [s]";
     chart.from_zero = each.from_zero;
     const double middle = 0.5 * (each.t0 + each.t1);
-    // What is not finite is no point, at either end of a curve or between others.
+    // Values that are not finite are no points, at either end of a curve or between others.
     chart.curves = {{"up",
                      {{each.t0, each.low},
                       {middle, HUGE_VAL},
@@ -193,7 +193,7 @@ TEST_CASE("every mark of an axis stands where its number says, and so does every
     CHECK(paths[1] == std::vector<double>{left, above, right, below});
     CHECK(left == (each.t1 > each.t0 ? 74 : 427));
     CHECK(right == (each.t1 > each.t0 ? 780 : 427));
-    // Of the values 4 % are left free on both sides, of those and 0 where it has to be there.
+    // The axis leaves 4 % of the range free on both sides; the range holds 0 where it must.
     const double least = each.from_zero ? std::min(0.0, each.low) : each.low,
                  most = each.from_zero ? std::max(0.0, each.high) : each.high;
     const auto height = [&](double y) {

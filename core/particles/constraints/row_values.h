@@ -35,8 +35,8 @@ class RowValues {
  public:
   explicit RowValues(const RowList& list);
 
-  // memory: of all constraints. False if a number is not finite. As many rows as the list has now,
-  // which never has more than at first.
+  // memory: of all constraints. False if a number is not finite. The rows are as many as the list
+  // has now, never more than at first.
   bool evaluate(ParticleView view, const double* memory);
 
   std::span<const double> phi() const { return phi_; }
