@@ -388,8 +388,15 @@ void ImplicitContact::accelerate(const ParticleView& view, double* const a[3]) c
     const int i = held.particle;
     Collider* on[VelocityInequality::kMost];
     std::size_t count = 0;
-    for (int k = 0; k < held.count; ++k)
-      if (held.since[k] == t_) on[count++] = held.collider[k];
+    const Vec3 velocity = view.velocity(i);
+    for (int k = 0; k < held.count; ++k) {
+      if (held.since[k] != t_) continue;
+      // What leaves is not pushed.
+      const SurfaceSample sample = held.collider[k]->query(t_, view.position(i));
+      const double off = (velocity - sample.velocity).dot(sample.normal);
+      if (off > kAtRest * (velocity.norm() + sample.velocity.norm())) continue;
+      on[count++] = held.collider[k];
+    }
     const Vec3 kept = resting_contact({on, count}, t_, kDifferenceStep * h_, view.position(i),
                                       view.velocity(i), {a[0][i], a[1][i], a[2][i]})
                           .acceleration;
