@@ -29,8 +29,9 @@ std::string rest_json(const Simulation& system, const study::Rest& rest) {
 std::string rest_text(const study::Rest& rest) {
   return "at rest: the largest force left is " + brief(rest.force, 3) + " N of " +
          brief(rest.in_play, 3) + " N in play; potential energy " + brief(rest.potential, 10) +
-         " J; " + std::to_string(rest.effort.steps) + " steps, " +
-         std::to_string(rest.effort.newton) + " of Newton's method";
+         " J; " + std::to_string(rest.effort.steps) + " steps" +
+         (rest.effort.newton > 0 ? ", " + std::to_string(rest.effort.newton) + " of Newton's method"
+                                 : std::string());
 }
 
 }  // namespace sim::report

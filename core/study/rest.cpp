@@ -1,9 +1,12 @@
 #include "core/study/rest.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/particles/particles.h"
 #include "core/study/accuracy/trajectory.h"
 
 namespace sim::study {
@@ -28,17 +31,20 @@ double largest_acceleration(Simulation& simulation, const double* x, Array& at, 
   return most;
 }
 
-void measure_forces(const Simulation& simulation, Rest& rest) {
+// N, the largest sum of forces on a free particle; and the largest of one kind into in_play.
+double measure_forces(const Simulation& simulation, double& in_play) {
   const auto forces = simulation.forces_on(0, simulation.particles());
+  double most = 0;
   for (int i = 0; i < simulation.particles(); ++i) {
     if (simulation.pinned(i)) continue;
     Vec3 sum = Vec3::Zero();
     for (const ForceShare& share : forces[static_cast<std::size_t>(i)]) {
-      rest.in_play = std::max(rest.in_play, share.force.norm());
+      in_play = std::max(in_play, share.force.norm());
       sum += share.force;
     }
-    rest.force = std::max(rest.force, sum.norm());
+    most = std::max(most, sum.norm());
   }
+  return most;
 }
 
 // The largest displacement of a coordinate.
@@ -49,6 +55,25 @@ double largest_move(const StateShape& shape, const double* x, const double* star
     for (std::size_t i = 0; i < positions.count; ++i)
       most = std::max(most,
                       std::fabs(x[positions.at(i, component)] - start[positions.at(i, component)]));
+  return most;
+}
+
+// Scenes in which something may touch, and no collider moves.
+bool rests_on_contact(const Simulation& simulation) {
+  const Contacts& contacts = dynamic_cast<const Particles&>(simulation.ode()).contacts();
+  const auto moves = [&](const Collider* collider) { return collider->moves(); };
+  if (std::ranges::any_of(contacts.all(), moves)) return false;
+  return !contacts.empty() || !simulation.corrections().empty();
+}
+
+// The largest m |v| / h after a step of the length h from rest, N; nan where none can be taken.
+double force_after_step(Simulation& simulation) {
+  if (!simulation.step()) return std::nan("");
+  const std::span<const double> masses = dynamic_cast<const Particles&>(simulation.ode()).masses();
+  double most = 0;
+  for (int i = 0; i < simulation.particles(); ++i)
+    if (const double mass = masses[static_cast<std::size_t>(i)]; std::isfinite(mass))
+      most = std::max(most, mass * simulation.velocity(i).norm() / simulation.h());
   return most;
 }
 
@@ -71,6 +96,93 @@ void explain(Rest& rest, bool moves_away, int refused, bool idle) {
 // that forces hardly change in it.
 double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iterations <= 8 ? 4 : 2; }
 
+// With kinetic damping, see the header.
+Rest settle(Simulation& simulation, const std::function<bool()>& stop) {
+  constexpr std::int64_t kSteps = 30'000, kMore = 500;  // after forces are good
+  constexpr double kPatience = 30;                      // s; who waits longer runs the scene
+  constexpr int kIdle = 100;                            // peaks without a clearly smaller force
+  constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
+  constexpr double kFound = 1e-6, kBetter = 0.9;
+  // Of the forces in play, what friction of constrained particles, and contact of bodies and
+  // surfaces, may leave.
+  const bool rough = simulation.constraint_system() || !simulation.corrections().empty();
+  const double good = rough ? 1e-3 : kFound;
+  const auto began = std::chrono::steady_clock::now();
+  const auto late = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() >
+           kPatience;
+  };
+  const Snapshot begin = simulation.snapshot();
+  const double size = scene_size(simulation);
+  Snapshot best = begin;
+  const auto halt = [&](Snapshot& state) {
+    each_number(simulation.shape(), "velocity", [&](std::size_t i) { state.x[i] = 0; });
+    state.memory.clear();
+    simulation.restore(state);
+  };
+  Rest rest;
+  rest.force = HUGE_VAL;
+  Snapshot state = begin;
+  halt(state);
+  double kinetic = -1;
+  double mark = HUGE_VAL;  // N, the last force that was clearly smaller
+  int idle = 0;            // peaks since then
+  bool far = false;
+  std::int64_t good_since = -1;
+  simulation.stop_when(stop);
+  for (std::int64_t& steps = rest.effort.steps; steps < kSteps && !far; ++steps) {
+    if (stop && stop()) {
+      rest.why = "interrupted";
+      break;
+    }
+    if (late()) {
+      rest.why = brief(kPatience, 3) + " s were not enough";
+      rest.remedy = "run the scene with drag until it rests";
+      break;
+    }
+    const bool fresh = kinetic < 0;
+    const double force = fresh               ? force_after_step(simulation)
+                         : simulation.step() ? 0
+                                             : std::nan("");
+    if (std::isnan(force)) {
+      if (!(stop && stop())) rest.why = "a step towards it fails";
+      break;
+    }
+    if (good_since >= 0 && steps - good_since > kMore) break;
+    if (fresh && ++idle > kIdle) break;
+    if (fresh && force < kBetter * mark) mark = force, idle = 0;
+    if (fresh && force < rest.force) {
+      rest.force = force;
+      best = state;
+      rest.in_play = 0;
+      measure_forces(simulation, rest.in_play);
+      if (good_since < 0 && force <= good * rest.in_play) good_since = steps;
+      if (force <= kFound * rest.in_play) {
+        rest.found = true;
+        break;
+      }
+    }
+    const double now = simulation.energy().kinetic;
+    if (now >= kinetic) {
+      kinetic = now;
+      if (steps % 1000 == 0)
+        far = !(largest_move(simulation.shape(), simulation.state().data(), begin.x.data()) <=
+                kFar * size);
+      continue;
+    }
+    state = simulation.snapshot();
+    halt(state);
+    kinetic = -1;
+  }
+  simulation.stop_when({});
+  best.step = begin.step, best.n0 = begin.n0, best.t0 = begin.t0;
+  halt(best);
+  rest.potential = simulation.energy().potential;
+  rest.found = rest.found || (rest.why.empty() && !far && rest.force <= good * rest.in_play);
+  if (!rest.found && rest.why.empty()) explain(rest, far, 0, idle > kIdle);
+  return rest;
+}
+
 }  // namespace
 
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
@@ -81,6 +193,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
                                     "a first-order scene has no forces that could balance",
                                     "run it for long instead"});
+  if (rests_on_contact(simulation)) return settle(simulation, stop);
   OdeSystem& system = simulation.ode();
   const std::size_t size = system.size();
   const auto solver = system.stage_solver({.tolerance = 1e-12, .long_steps = true});
@@ -136,7 +249,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   rest.effort = solver->effort();
   rest.effort.steps = steps;
   rest.potential = simulation.energy().potential;
-  measure_forces(simulation, rest);
+  rest.force = measure_forces(simulation, rest.in_play);
   rest.found = rest.why.empty() && rest.force <= kNearly * rest.in_play;
   if (!rest.found && rest.why.empty())
     explain(rest,

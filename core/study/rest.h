@@ -22,7 +22,14 @@ struct Rest {
 // longer than the one before. Each lowers the potential U by at least |dx|^2_M / 2 h^2, so that the
 // scene moves as under friction, and the limit is a minimum of U, not just a state without forces
 // (the proximal point method: Rockafellar 1976, SIAM J. Control Optim. 14, 877-898). Ends when
-// forces are rounding errors, or 1e-10 of those in play. Velocities become 0; the time stays.
+// forces are rounding errors, or 1e-10 of those in play.
+//
+// If particles, bodies or surfaces may touch something that rests, the scene takes its own steps
+// instead, and all velocities become 0 whenever the kinetic energy has passed a peak: kinetic
+// damping (Cundall 1976; Barnes 1999, Int. J. Space Struct. 14, 89-104). The force that is left on
+// a particle is its mass times its velocity after a step from rest, over the step.
+//
+// Velocities become 0; the time stays.
 // Throws Error{kUsage} for a first-order scene, and the errors of a stage solver.
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop = {});
 

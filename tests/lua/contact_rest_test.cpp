@@ -1,0 +1,104 @@
+// Rest of what lies on something: particles and rods on colliders, boxes, bodies on cloth.
+#include <cmath>
+
+#include "core/study/rest.h"
+#include "tests/lua/scene_text.h"
+#include "tests/support/scenes.h"
+
+using namespace sim;
+using namespace sim::test;
+
+namespace {
+
+constexpr double kG = 9.81;
+
+std::string end_of(const std::string& parts) {
+  return "return sim.scene { particles = particles, " + parts +
+         ", integrator = \"verlet\", dt = 0.002, duration = 1 }\n";
+}
+
+}  // namespace
+
+TEST_CASE("a bead on a spring comes to rest on the floor", "[rest]") {
+  // The spring bears a half of it, the floor the other half.
+  TextRun run(
+      "local particles = sim.particles { mass = 1 }\n"
+      "particles:add {0, 2, 0}\n"
+      "particles:add {0.3, 1, 0}\n"
+      "particles:pin(0)\n"
+      "local spring = sim.force.spring { stiffness = 9.81, rest = 1.5, ties = { {0, 1} } }\n" +
+          end_of("forces = { sim.force.gravity {}, spring },\n"
+                 "colliders = { sim.collider.plane { point = {0, 0, 0}, normal = {0, 1, 0} } }"),
+      "verlet", 2e-3);
+  const study::Rest rest = study::come_to_rest(run.system);
+  CHECK(rest.found);
+  CHECK(rest.force <= 1e-6 * kG);
+  CHECK(run.system.position(1).y() == Approx(0).margin(1e-9));
+  CHECK(run.system.position(1).x() == Approx(0).margin(1e-6));
+  CHECK(run.system.velocity(1) == Vec3::Zero());
+  CHECK(run.system.t() == 0);
+}
+
+TEST_CASE("a chain of rods comes to rest on a floor", "[rest]") {
+  // It hangs from 0.5 m above; the rest of it lies on the floor.
+  TextRun run(
+      "local particles = sim.particles { mass = 0.1 }\n"
+      "for k = 0, 10 do particles:add {0.1 * k, 0.5, 0} end\n"
+      "particles:pin(0)\n"
+      "local rods = sim.constraint.distance {}\n"
+      "for k = 0, 9 do rods:tie(k, k + 1) end\n" +
+          end_of("forces = { sim.force.gravity {} }, constraints = { rods },\n"
+                 "colliders = { sim.collider.plane { point = {0, 0, 0}, normal = {0, 1, 0},\n"
+                 "  friction = 0.5 } }"),
+      "verlet", 2e-3);
+  const study::Rest rest = study::come_to_rest(run.system);
+  INFO(rest.why << ", " << rest.force << " N of " << rest.in_play);
+  CHECK(rest.found);
+  double lowest = 1, longest = 0;
+  for (int k = 1; k <= 10; ++k) {
+    lowest = std::min(lowest, run.system.position(k).y());
+    longest = std::max(longest, (run.system.position(k) - run.system.position(k - 1)).norm());
+  }
+  CHECK(lowest == Approx(0).margin(1e-9));
+  CHECK(longest == Approx(0.1).epsilon(1e-12));
+  CHECK(run.system.position(10).y() == Approx(0).margin(1e-9));
+  // What is left at rest stays so, but for the slip that its friction leaves.
+  CHECK(rest.force <= 1e-3 * rest.in_play);
+  const Vec3 before = run.system.position(7);
+  run.run_to(0.5);
+  CHECK((run.system.position(7) - before).norm() < 1e-4);
+}
+
+TEST_CASE("a box comes to rest on a floor", "[rest]") {
+  TextRun run(
+      "local particles = sim.particles { mass = 1 }\n"
+      "particles:add {5, 0, 0}\n"
+      "particles:pin(0)\n"
+      "local box = sim.rigid { shape = sim.box { half = {0.1, 0.05, 0.1} }, mass = 2,\n"
+      "  position = {0, 0.2, 0}, rotation = {0.2, 0, 0.1}, friction = 0.5 }\n" +
+          end_of("forces = { sim.force.gravity {} }, bodies = { box },\n"
+                 "colliders = { sim.collider.plane { point = {0, 0, 0}, normal = {0, 1, 0},\n"
+                 "  friction = 0.5 } }"),
+      "verlet", 1e-3);
+  const study::Rest rest = study::come_to_rest(run.system);
+  INFO(rest.why << ", " << rest.force << " N of " << rest.in_play);
+  CHECK(rest.found);
+  CHECK(run.system.body_state(0).center.y() == Approx(0.05).margin(1e-4));
+}
+
+TEST_CASE("a search for rest on contact ends soon and says why", "[rest]") {
+  // A ball on a slope without friction slides away.
+  TextRun run(
+      "local particles = sim.particles { mass = 1 }\n"
+      "particles:add {0, 0.1, 0}\n" +
+          end_of("forces = { sim.force.gravity {} },\n"
+                 "colliders = { sim.collider.plane { point = {0, 0, 0}, normal = {1, 1, 0} } }"),
+      "verlet", 2e-3);
+  const study::Rest rest = study::come_to_rest(run.system);
+  CHECK_FALSE(rest.found);
+  CHECK_FALSE(rest.why.empty());
+  int asked = 0;
+  const study::Rest stopped = study::come_to_rest(run.system, [&] { return ++asked > 5; });
+  CHECK_FALSE(stopped.found);
+  CHECK(stopped.why == "interrupted");
+}
