@@ -23,6 +23,7 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       value("--color", t.color, "WHAT",
             "strain, speed, energy, error or mode (the\nfastest), up to a value: strain:0.1"),
       values("--springs", t.springs, "I", "draw springs: of a particle, a family, or all"),
+      values("--trail", t.trails, "I", "the way of a particle, of body:I, or none"),
       app.add_flag("--wireframe", t.wireframe, "draw only the lines of surfaces")
           ->disable_flag_override(),
       value("--camera", t.camera, "TEXT", "\"eye=x,y,z at=x,y,z up=x,y,z fov=30\", or parts"),
@@ -47,7 +48,7 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
     usage_error("bad value", "--fps " + t.fps, "it is out of range", "as in --fps 30");
   if (request.fps && every)
     usage_error("two choices of frames", "--every and --fps", "only one can hold", "keep one");
-  request.look = {t.camera, t.color, t.size, t.springs, t.wireframe};
+  request.look = {t.camera, t.color, t.size, t.springs, t.wireframe, t.trails};
   // Parsed for its errors; only the scene knows all colours.
   LookSpec look = request.look;
   look.color.clear();
@@ -55,7 +56,8 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
   const bool looks = !t.fps.empty() || !request.look.empty();
   request.show = t.show;
   if (looks && !request.any())
-    usage_error("nothing to draw", "--fps, --color, --springs, --wireframe, --camera or --size",
+    usage_error("nothing to draw",
+                "--fps, --color, --springs, --trail, --wireframe, --camera or --size",
                 "they say how files look, and there is none", "add --out last.png");
   return request;
 }

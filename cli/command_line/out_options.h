@@ -17,7 +17,7 @@ namespace sim::cli {
 
 // The texts of the options, as the command line has them.
 struct OutTexts {
-  std::vector<std::string> files, springs;
+  std::vector<std::string> files, springs, trails;
   std::string fps, color, camera, size;
   bool wireframe = false, show = false;
 };

@@ -129,7 +129,7 @@ void StudyOptions::add_to(CLI::App& app) {
 
   compare_ =
       study(app, "compare", "SCENE: methods side by side, each with its error", kCompareFooter,
-            {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs",
+            {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs", "--trail",
              "--wireframe", "--camera", "--size", "--of", "--progress"});
   scene_of(compare_);
 

@@ -25,6 +25,7 @@ struct Recorder::Channel {
     std::int64_t next = 0;    // the moment it waits for
     std::int64_t taken = -1;  // step of the last frame
     std::deque<Frame> waiting;
+    std::vector<std::vector<Vec3>> ways;  // since the last frame
     Frame newest;
     bool finished = false;
   };
@@ -37,16 +38,19 @@ struct Recorder::Channel {
     return simulation.steps_for(static_cast<double>(moment) * interval);
   }
 
-  void take(std::size_t i, const Simulation& simulation, const Frame& frame, bool last) {
+  void take(std::size_t i, const Simulation& simulation, Frame frame, bool last) {
     System& system = systems[i];
+    frame.ways = std::exchange(system.ways, {});
     // A frame may be that of several moments, where these are closer than steps.
     for (; step_of(system.next, simulation) <= frame.step; ++system.next) {
       system.waiting.push_back(frame);
       system.taken = frame.step;
+      frame.ways.clear();
     }
     if (last && system.taken != frame.step) system.waiting.push_back(frame);
     system.taken = frame.step;
-    system.newest = frame;
+    system.newest = std::move(frame);
+    system.newest.ways.clear();
     system.finished = last;
     pass();
   }
@@ -91,6 +95,7 @@ Recorder::Recorder(const OutRequest& request, LoadedScene& scene, Registry& regi
     if (look_.colour == "mode") modes_.push_back(study::fastest_mode(system));
     start.push_back(take_frame(system));
     measure(i, system, start.back());
+    followers_.push_back({TrailRecorder(task.models[i], look_)});
   }
   Scenery(task.models, {&start, 1}, look_);
   for (const std::string& file : request.files) {
@@ -131,6 +136,8 @@ std::int64_t Recorder::due(std::size_t system, const Simulation& simulation) con
     const std::int64_t step = channel->step_of(channel->systems[system].next, simulation);
     steps = std::min(steps, step - simulation.step_count());
   }
+  if (const Follower& follower = followers_[system]; follower.recorder.any())
+    steps = std::min(steps, follower.taken + follower.stride - simulation.step_count());
   return std::max<std::int64_t>(1, steps);
 }
 
@@ -160,9 +167,30 @@ bool Recorder::any() const {
       channels_, [](const auto& channel) { return channel->writer && !channel->file.empty(); });
 }
 
+void Recorder::follow(std::size_t system, Track& track) {
+  constexpr std::int64_t kMostPoints = 50'000;  // of a way in a run
+  Follower& follower = followers_[system];
+  const std::int64_t step = track.system().step_count();
+  if (!follower.recorder.any() || follower.taken == step) return;
+  if (follower.taken < 0) follower.stride = 1 + (track.steps() - step) / kMostPoints;
+  follower.taken = step;
+  const auto& ways = follower.recorder.follow(track.system());
+  for (const auto& channel : channels_) {
+    auto& own = channel->systems[system].ways;
+    own.resize(ways.size());
+    for (std::size_t k = 0; k < ways.size(); ++k)
+      for (const auto& [x, goes_on] : ways[k])
+        if (goes_on && own[k].size() > 1)
+          own[k].back() = x;
+        else
+          own[k].push_back(x);
+  }
+}
+
 void Recorder::look(std::size_t system, Track& track, bool last) {
   const Simulation& simulation = track.system();
   last = last || track.finished();
+  follow(system, track);
   std::optional<Frame> frame;
   for (const auto& channel : channels_) {
     if (!channel->writer) continue;

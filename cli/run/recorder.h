@@ -11,6 +11,7 @@
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/output/make_writer.h"
+#include "core/picture/trail.h"
 #include "core/study/accuracy/error_estimator.h"
 
 namespace sim::cli {
@@ -55,6 +56,7 @@ class Recorder {
  private:
   struct Channel;
 
+  void follow(std::size_t system, Track& track);
   void measure(std::size_t system, const Simulation& simulation, Frame& frame);
   template <class Use>
   void use(Channel& channel, Use use);
@@ -63,6 +65,11 @@ class Recorder {
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<study::ErrorEstimator> companions_;  // of each system, to colour errors
   std::vector<std::vector<double>> modes_;         // of each system, to colour its fastest mode
+  struct Follower {
+    TrailRecorder recorder;
+    std::int64_t stride = 1, taken = -1;  // steps
+  };
+  std::vector<Follower> followers_;  // of each system, what leaves trails
   std::function<bool()> stop_;
   std::function<void()> failed_;
 };

@@ -149,6 +149,7 @@ std::optional<Front::Spot> Front::under(float x, float y) const {
     if (hidden_[m]) continue;
     const Model& model = scene_.models[m];
     for (const auto& t : model.triangles) {
+      if (torn(moment_[m], t)) continue;
       const V3 a = place(m, t[0]), e = place(m, t[1]) - a, f = place(m, t[2]) - a, p = cross(d, f);
       const float det = dot(e, p);
       if (!(std::abs(det) > 1e-14F)) continue;

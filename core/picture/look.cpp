@@ -95,6 +95,18 @@ void read_springs(const std::string& text, Look& look) {
   }
 }
 
+void read_trail(const std::string& text, Look& look) {
+  constexpr std::string_view kBody = "body:";
+  look.own_trails = true;
+  if (text == "none") return;
+  const bool body = text.starts_with(kBody);
+  const auto id = parse_integer(std::string_view(text).substr(body ? kBody.size() : 0));
+  if (!id || *id < 0 || *id > 2'000'000'000)
+    refuse_look("--trail '" + text + "'", "it is no particle and no body",
+                "as in --trail 12, --trail body:0 or --trail none");
+  look.trails.push_back({body, static_cast<int>(*id)});
+}
+
 void read_size(const std::string& text, Look& look) {
   const auto x = text.find('x');
   const auto width = parse_integer(std::string_view(text).substr(0, x));
@@ -139,6 +151,8 @@ Look make_look(const LookSpec& scene, const LookSpec& asked,
   }
   for (const std::string& springs : asked.springs.empty() ? scene.springs : asked.springs)
     read_springs(springs, look);
+  for (const std::string& trail : asked.trails.empty() ? scene.trails : asked.trails)
+    read_trail(trail, look);
   return look;
 }
 

@@ -21,7 +21,13 @@ struct Look {
   bool all_springs = false;
   std::vector<std::string> families;  // springs of these names
   std::vector<int> picked;            // springs at these particles
-  int width = 1280, height = 720;     // pixels
+  struct Trail {
+    bool body;
+    int id;
+  };
+  std::vector<Trail> trails;       // of particles and of centers of bodies
+  bool own_trails = false;         // these alone; else pictures choose one
+  int width = 1280, height = 720;  // pixels
 
   static const std::vector<std::string>& colours();  // none, strain, speed, energy, error, mode
 };
@@ -31,6 +37,7 @@ void read_camera(const std::string& text, Look& look);  // "eye=1,2,3 at=0,0,0 u
 // "strain", "speed:2"; `names` are known besides Look::colours().
 void read_colour(const std::string& text, Look& look, const std::vector<std::string>& names = {});
 void read_springs(const std::string& text, Look& look);  // "12", "all", "shear"
+void read_trail(const std::string& text, Look& look);    // "12", "body:0", "none"
 void read_size(const std::string& text, Look& look);     // "1280x720"
 
 // The look of the scene, overridden by that of the user. Throws Error{kUsage}. `names`: of the

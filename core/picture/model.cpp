@@ -7,6 +7,7 @@
 #include "core/fields/field_system.h"
 #include "core/particles/constraints/constraint_system.h"
 #include "core/particles/elements/cells.h"
+#include "core/particles/elements/torn_faces.h"
 #include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
 #include "core/scene/simulation.h"
@@ -291,11 +292,15 @@ Frame take_frame(const Simulation& system) {
   return frame;
 }
 
+bool torn(const Frame& frame, int a, int b) { return torn_edge(frame.torn, a, b); }
+bool torn(const Frame& frame, const std::array<int, 3>& t) { return torn_face(frame.torn, t); }
+
 double strain(const Model& model, const Frame& frame, int family, std::size_t spring) {
   const ModelFamily& springs = model.families[static_cast<std::size_t>(family)];
   const auto [a, b] = springs.ends[spring];
   const double rest = springs.rest[spring];
-  return rest > 0 ? (frame.at(b) - frame.at(a)).norm() / rest - 1 : std::nan("");
+  if (!(rest > 0) || torn(frame, a, b)) return std::nan("");
+  return (frame.at(b) - frame.at(a)).norm() / rest - 1;
 }
 
 }  // namespace sim

@@ -73,7 +73,10 @@ struct Frame {
   double kinetic = std::nan(""), potential = std::nan(""), work = std::nan(""),
          drift = std::nan("");
   std::vector<double> values;  // one a particle, that somebody else measured: errors, a mode
-  std::string note;            // words on its picture, below the caption
+  // The ways of those that leave trails, in the order of trails_of(), from the moment before to
+  // this one; empty where nobody has followed them.
+  std::vector<std::vector<Vec3>> ways = {};
+  std::string note;                           // words on its picture, below the caption
   std::vector<std::array<int, 2>> torn = {};  // pairs that ties joined until they broke: ids, the
                                               // lower first, ascending
 
@@ -97,7 +100,11 @@ Model make_model(const SystemSpec& spec, Simulation& system);
 // Without energies and values.
 Frame take_frame(const Simulation& system);
 
-// (length - rest) / rest of a spring; not a number if rest is 0.
+// True if the ties that joined two particles are broken; a face with such an edge is gone.
+bool torn(const Frame& frame, int a, int b);
+bool torn(const Frame& frame, const std::array<int, 3>& triangle);
+
+// (length - rest) / rest of a spring; not a number if rest is 0 or the spring broke.
 double strain(const Model& model, const Frame& frame, int family, std::size_t spring);
 
 }  // namespace sim

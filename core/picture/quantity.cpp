@@ -78,6 +78,7 @@ std::vector<double> quantity(const Model& model, const Frame& frame, const std::
     for (const ModelFamily& family : model.families)
       for (std::size_t s = 0; s < family.ends.size(); ++s) {
         const auto [a, b] = family.ends[s];
+        if (torn(frame, a, b)) continue;
         const double length = (frame.at(b) - frame.at(a)).norm();
         const bool acts = !slack(family.sense[s], length, family.rest[s]);
         const double d = acts ? length - family.rest[s] : 0;

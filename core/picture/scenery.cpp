@@ -9,6 +9,7 @@
 #include "core/base/text.h"
 #include "core/particles/elements/torn_faces.h"
 #include "core/picture/raster/text.h"
+#include "core/picture/trail.h"
 
 namespace sim {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 constexpr unsigned kFamilies[] = {0x2458C8, 0xE8860C, 0x2E9E54, 0x9A3FB0, 0xC23A4A, 0x1F8F9C};
 constexpr unsigned kPinned = 0x3A3F46, kParticle = 0x3F86C8, kBar = 0x6B7078, kWire = 0x2F4F86,
                    kBody = 0xC98A4B, kWarning = 0xB3261E;
-constexpr std::size_t kMostTrail = 8;  // free particles of a system whose last one leaves a trail
 
 V3 sum_normal(const V3& a, const V3& b, const V3& c) { return raster::cross(b - a, c - a); }
 
@@ -81,21 +81,6 @@ std::vector<std::array<int, 2>> edges_of(const Model& model) {
   return {edges.begin(), edges.end()};
 }
 
-// The way of the last free particle, where there are few.
-std::vector<Vec3> trail_of(const Model& model, const Moments& moments, std::size_t system) {
-  if (!model.triangles.empty() || !model.in_bodies.empty() ||
-      static_cast<std::size_t>(model.particles) - model.pinned.size() > kMostTrail)
-    return {};
-  int last = model.particles - 1;
-  while (last >= 0 && std::ranges::binary_search(model.pinned, last)) --last;
-  if (last < 0) return {};
-  std::vector<Vec3> points;
-  Moment room;
-  for (std::size_t at = 0; at < moments.size(); ++at)
-    points.push_back(moments.at(at, room)[system].at(last));
-  return points;
-}
-
 // The least and the largest value of one name over all cells.
 std::array<double, 2> range_of(const Frame& frame, std::size_t name, std::size_t names) {
   double low = HUGE_VAL, high = -HUGE_VAL;
@@ -119,8 +104,8 @@ Scenery::Scenery(std::span<const Model> models, const Moments& moments, const Lo
   for (std::size_t m = 0; m < models.size(); ++m) turned_.push_back(shows_back(m));
   for (std::size_t m = 0; look.wireframe && m < models.size(); ++m)
     wires_.push_back(edges_of(models[m]));
-  for (std::size_t m = 0; m < models.size(); ++m)
-    trails_.push_back(trail_of(models[m], moments, m));
+  check_trails(models, look);
+  for (std::size_t m = 0; m < models.size(); ++m) follow(m);
   look_.colour = colour_of(look, models);
   std::vector<std::string> names;
   int most = 0;
@@ -188,7 +173,7 @@ Picture Scenery::picture(std::size_t at) const {
     const Frame& frame = moment[m];
     surfaces(picture, m, frame);
     loose(picture, m, frame);
-    trail(picture, m, at);
+    trails(picture, m, at);
     springs(picture, m, frame);
     if (look_.wireframe) wires(picture, m, frame);
   }
@@ -283,12 +268,39 @@ void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
           {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(kBar), false});
 }
 
-void Scenery::trail(Picture& picture, std::size_t m, std::size_t at) const {
-  const std::vector<Vec3>& points = trails_[m];
-  for (std::size_t k = 1; k <= at && k < points.size(); ++k) {
-    const float age = static_cast<float>(at - k) / static_cast<float>(at + 1);
-    picture.lines.push_back({place(m, points[k - 1]), place(m, points[k]), 2.2F - 1.4F * age,
-                             raster::mix(colour(0x5E98D6), colour(0xB4C6DC), age), false});
+// Ways that nobody followed between the moments go straight from one to the next.
+void Scenery::follow(std::size_t m) {
+  const std::vector<Trail> chosen = trails_of(models_[m], look_);
+  std::vector<Way>& ways = trails_.emplace_back();
+  const int own = own_trail(models_[m], look_);
+  if (own >= 0) ways.push_back({0x5E98D6, 0xB4C6DC, {}, {}});
+  for (const Trail& trail : chosen) ways.push_back({trail.colour, 0xD9DCE0, {}, {}});
+  if (ways.empty()) return;
+  Moment room;
+  for (std::size_t at = 0; at < moments_.size(); ++at) {
+    const Frame& frame = moments_.at(at, room)[m];
+    for (std::size_t k = 0; k < ways.size(); ++k) {
+      std::vector<Vec3>& points = ways[k].points;
+      if (own >= 0)
+        points.push_back(frame.at(own));
+      else if (k < frame.ways.size() && !frame.ways[k].empty())
+        points.insert(points.end(), frame.ways[k].begin(), frame.ways[k].end());
+      else if (const Vec3 x = frame.at(chosen[k].point); points.empty() || points.back() != x)
+        points.push_back(x);
+      ways[k].ends.push_back(points.size());
+    }
+  }
+}
+
+void Scenery::trails(Picture& picture, std::size_t m, std::size_t at) const {
+  for (const Way& way : trails_[m]) {
+    const std::size_t end = at < way.ends.size() ? way.ends[at] : way.points.size();
+    for (std::size_t k = 1; k < end; ++k) {
+      const float age = static_cast<float>(end - 1 - k) / static_cast<float>(end);
+      picture.lines.push_back({place(m, way.points[k - 1]), place(m, way.points[k]),
+                               2.2F - 1.4F * age,
+                               raster::mix(colour(way.fresh), colour(way.faded), age), false});
+    }
   }
 }
 
@@ -341,6 +353,7 @@ void Scenery::springs(Picture& picture, std::size_t m, const Frame& frame) const
 void Scenery::wires(Picture& picture, std::size_t m, const Frame& frame) const {
   const std::vector<double> values = quantity(models_[m], frame, look_.colour);
   for (const auto& [a, b] : wires_[m]) {
+    if (torn(frame, a, b)) continue;
     V3 tint = colour(kWire);
     if (!values.empty())
       tint = scale_.colour(
@@ -420,10 +433,12 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
   if (!look_.picked.empty()) {
     y += 6;
     std::set<std::string> named;
-    for (const Model& model : models_)
-      for (std::size_t f = 0; f < model.families.size(); ++f) {
+    for (std::size_t m = 0; m < models_.size(); ++m)
+      for (std::size_t f = 0; f < models_[m].families.size(); ++f) {
+        const Model& model = models_[m];
         std::vector<int> to;
         for (const auto& [a, b] : model.families[f].ends) {
+          if (torn(moment[m], a, b)) continue;
           if (picked(a)) to.push_back(b);
           if (picked(b)) to.push_back(a);
         }

@@ -32,7 +32,8 @@ class Scenery {
   bool shows_back(std::size_t system) const;
   void surfaces(Picture& picture, std::size_t system, const Frame& frame) const;
   void loose(Picture& picture, std::size_t system, const Frame& frame) const;
-  void trail(Picture& picture, std::size_t system, std::size_t moment) const;
+  void follow(std::size_t system);  // trails_ := the ways of what leaves trails
+  void trails(Picture& picture, std::size_t system, std::size_t moment) const;
   void springs(Picture& picture, std::size_t system, const Frame& frame) const;
   void wires(Picture& picture, std::size_t system, const Frame& frame) const;
   void solids(Picture& picture, std::size_t system, const Frame& frame) const;
@@ -48,7 +49,12 @@ class Scenery {
   Look look_;
   std::vector<bool> turned_;                            // systems whose surface would show its back
   std::vector<std::vector<std::array<int, 2>>> wires_;  // of each system, if they are drawn
-  std::vector<std::vector<Vec3>> trails_;               // of each system, a point a moment; or none
+  struct Way {
+    unsigned fresh, faded;          // colours of its end and of its beginning
+    std::vector<Vec3> points;       // m
+    std::vector<std::size_t> ends;  // how many there are up to each moment
+  };
+  std::vector<std::vector<Way>> trails_;  // of each system
   Viewpoint viewpoint_;
   ColourScale scale_;
   std::vector<std::string> caption_;

@@ -46,9 +46,11 @@ struct LookSpec {
   std::string size;                  // "1280x720"
   std::vector<std::string> springs;  // of a particle, a family, or "all"
   bool wireframe = false;
+  std::vector<std::string> trails;  // of a particle, "body:0", or "none"
 
   bool empty() const {
-    return camera.empty() && color.empty() && size.empty() && springs.empty() && !wireframe;
+    return camera.empty() && color.empty() && size.empty() && springs.empty() && !wireframe &&
+           trails.empty();
   }
 };
 

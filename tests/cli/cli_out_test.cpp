@@ -177,6 +177,10 @@ TEST_CASE("wrong files and looks are refused before the run") {
   says({"--out", "a.png", "--fps", "5", "--every", "5"}, 2, "only one");
   says({"--wireframe"}, 2, "--out");
   says({"--out", "a.png", "-n", "1", "--springs", "64"}, 2, "0 to 63");
+  says({"--out", "a.png", "-n", "1", "--trail", "64"}, 2, "0 to 63");
+  says({"--out", "a.png", "-n", "1", "--trail", "body:0"}, 2, "no body of that number");
+  says({"--out", "a.png", "--trail", "ball"}, 2, "no particle and no body");
+  says({"--trail", "3"}, 2, "--out");
   says({"scenes/sample.lua", "--out", "a.vtp"}, 2, ".pvd");
 }
 

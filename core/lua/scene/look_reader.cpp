@@ -13,11 +13,24 @@ std::string point_text(const std::string& name, const Vec3& p) {
   return name + '=' + shortest(p.x()) + ',' + shortest(p.y()) + ',' + shortest(p.z());
 }
 
-void add_springs(lua_State* L, int value, const SourceLocation& place, LookSpec& look) {
-  if (lua_isinteger(L, value))
-    look.springs.push_back(std::to_string(lua_tointeger(L, value)));
-  else
-    look.springs.push_back(read_text(L, value, place, "springs of look"));
+// An id or a text, or a list of these.
+void read_choices(lua_State* L, int index, const char* name, const SourceLocation& place,
+                  std::vector<std::string>& out) {
+  const std::string what = name + std::string(" of look");
+  const auto add = [&](int value) {
+    out.push_back(lua_isinteger(L, value) ? std::to_string(lua_tointeger(L, value))
+                                          : read_text(L, value, place, what));
+  };
+  const int type = push_field(L, index, name);
+  if (type == LUA_TNIL) return;
+  if (type != LUA_TTABLE) return add(lua_gettop(L));
+  const int list = lua_absindex(L, -1);
+  const std::size_t count = read_length(L, list, place, what);
+  for (std::size_t i = 0; i < count && i < 1000; ++i) {
+    lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
+    add(lua_gettop(L));
+    lua_pop(L, 1);
+  }
 }
 
 }  // namespace
@@ -27,8 +40,8 @@ LookSpec read_look(lua_State* L, int index, const SourceLocation& place,
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))
     scene_error(place, "bad look", "expected { color = \"strain\", .. }, got " + show(L, index));
-  read_keys(L, index, {"eye", "at", "up", "fov", "color", "springs", "wireframe", "size"}, place,
-            "look");
+  read_keys(L, index, {"eye", "at", "up", "fov", "color", "springs", "trail", "wireframe", "size"},
+            place, "look");
   LookSpec look;
   const int top = lua_gettop(L);
   std::vector<std::string> camera;
@@ -41,17 +54,8 @@ LookSpec read_look(lua_State* L, int index, const SourceLocation& place,
   for (const auto& [name, text] : {std::pair{"color", &look.color}, {"size", &look.size}})
     if (push_field(L, index, name) != LUA_TNIL)
       *text = read_text(L, -1, place, name + std::string(" of look"));
-  if (const int type = push_field(L, index, "springs"); type == LUA_TTABLE) {
-    const int list = lua_absindex(L, -1);
-    const std::size_t count = read_length(L, list, place, "springs of look");
-    for (std::size_t i = 0; i < count && i < 1000; ++i) {
-      lua_rawgeti(L, list, static_cast<lua_Integer>(i) + 1);
-      add_springs(L, -1, place, look);
-      lua_pop(L, 1);
-    }
-  } else if (type != LUA_TNIL) {
-    add_springs(L, lua_gettop(L), place, look);
-  }
+  read_choices(L, index, "springs", place, look.springs);
+  read_choices(L, index, "trail", place, look.trails);
   if (const int type = push_field(L, index, "wireframe"); type == LUA_TBOOLEAN)
     look.wireframe = lua_toboolean(L, -1) == 1;
   else if (type != LUA_TNIL)

@@ -11,6 +11,7 @@
 #include "core/output/deflate.h"
 #include "core/output/format.h"
 #include "core/output/page/markup.h"
+#include "core/picture/trail.h"
 
 namespace sim {
 namespace {
@@ -46,6 +47,14 @@ std::string numbers(const std::vector<double>& values, int digits = 7) {
   return json_array(texts);
 }
 
+// "#2458c8"
+std::string colour_text(unsigned colour) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text = "#";
+  for (int shift = 20; shift >= 0; shift -= 4) text += kDigits[colour >> shift & 15];
+  return text;
+}
+
 std::string point(const V3& p) { return numbers(std::vector<double>{p.x, p.y, p.z}); }
 
 void append_structure(const Model& model, std::string& data) {
@@ -60,15 +69,6 @@ double ball_radius(const Model& model) {
   const auto covered = model.in_triangles();
   const auto loose = std::ranges::count(covered, false);
   return std::min(0.04, 0.25 / std::cbrt(static_cast<double>(std::max<long>(1, loose))));
-}
-
-// The particle that leaves a trail, or -1.
-int trailing(const Model& model) {
-  if (!model.triangles.empty() || model.particles - static_cast<int>(model.pinned.size()) > 8)
-    return -1;
-  int last = model.particles - 1;
-  while (last >= 0 && std::ranges::binary_search(model.pinned, last)) --last;
-  return last;
 }
 
 // Positions as floats, three a particle; what is not finite is at the origin.
@@ -232,6 +232,35 @@ std::string Page::camera_json() const {
   return camera.str();
 }
 
+// What leaves chosen trails, as particles with their weights, in which colour; and their ways, how
+// many points these have up to each moment.
+std::string Page::trails_json(std::size_t m) const {
+  const std::vector<Trail> trails = trails_of(models_[m], look_);
+  if (trails.empty()) return "";
+  std::vector<std::string> list;
+  for (std::size_t k = 0; k < trails.size(); ++k) {
+    std::vector<double> points, ends, ids;
+    for (std::size_t at = 0; at < moments_.size(); ++at) {
+      const Frame& frame = moments_.head(at, m);
+      if (k < frame.ways.size())
+        for (const Vec3& x : frame.ways[k]) {
+          const V3 p = own_axes(view_.point(x + view_.offsets[m]));
+          points.insert(points.end(), {p.x, p.y, p.z});
+        }
+      ends.push_back(static_cast<double>(points.size() / 3));
+    }
+    for (int i = 0; i < trails[k].point.count; ++i)
+      ids.push_back(trails[k].point.ids[static_cast<std::size_t>(i)]);
+    list.push_back(JsonObject()
+                       .text("colour", colour_text(trails[k].colour))
+                       .json("ids", numbers(ids))
+                       .json("ends", numbers(ends, 9))
+                       .json("points", numbers(points, 5))
+                       .str());
+  }
+  return json_array(list);
+}
+
 // The torn pairs at each moment, as one list of ids; empty where there are none at all.
 std::string Page::tears_json(std::size_t m) const {
   std::vector<std::string> all;
@@ -287,7 +316,8 @@ std::string Page::model_json(std::size_t m, const Box& box) const {
   const Vec3 origin = view_.origin - view_.offsets[m];
   json.json("origin", numbers(std::vector<double>{origin.x(), origin.y(), origin.z()}, 12));
   json.json("ball", number(ball_radius(model)));
-  json.integer("trail", trailing(model));
+  json.integer("trail", own_trail(model, look_));
+  if (const std::string trails = trails_json(m); !trails.empty()) json.json("trails", trails);
   json.json("solids", solids_json(m));
   if (model.second_order) json.json("energy", energy_json(m));
   if (const std::string tears = tears_json(m); !tears.empty()) json.json("tears", tears);

@@ -46,6 +46,7 @@ class Page {
   V3 own_axes(const V3& p) const;
   std::string made(const std::string& live, std::string nonce, std::size_t most) const;
   std::string tears_json(std::size_t m) const;
+  std::string trails_json(std::size_t m) const;
   std::string model_json(std::size_t m, const Box& box) const;
   std::string camera_json() const;
   std::string energy_json(std::size_t m) const;

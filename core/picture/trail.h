@@ -1,0 +1,57 @@
+// Trails: the ways of chosen particles, and of the centers of bodies, through a run.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/picture/look.h"
+#include "core/picture/model.h"
+
+namespace sim {
+
+struct Trail {
+  ModelPoint point;
+  unsigned colour;  // 0xRRGGBB
+};
+
+// Those of a system that the look asks for, each in its own colour, in its order; what the system
+// does not have is left out.
+std::vector<Trail> trails_of(const Model& model, const Look& look);
+
+// Throws Error{kUsage} for a trail of a particle or body that no system has.
+void check_trails(std::span<const Model> models, const Look& look);
+
+// The particle that leaves a trail where nobody chose one: the last free one, where there are few;
+// or -1.
+int own_trail(const Model& model, const Look& look);
+
+// Follows what leaves trails from step to step. Between two of these a way is the cubic through
+// their positions and velocities; it is given as points that are as dense as it bends.
+class TrailRecorder {
+ public:
+  TrailRecorder(const Model& model, const Look& look);
+
+  bool any() const { return !trails_.empty(); }
+  // The points of each way from the last call to the present state, until the next one.
+  struct Point {
+    Vec3 x;        // m
+    bool goes_on;  // straight on from the point before, which may be left out
+  };
+  const std::vector<std::vector<Point>>& follow(const Simulation& system);
+
+ private:
+  struct State {
+    Vec3 x, v, way{0, 0, 0};  // m, m/s; the direction in which it left the last point
+  };
+  State look_at(const Simulation& system, const ModelPoint& point) const;
+
+  std::vector<Trail> trails_;
+  bool second_order_;
+  double t_ = 0;               // s
+  std::vector<State> before_;  // of each
+  std::vector<std::vector<Point>> points_;
+};
+
+}  // namespace sim
