@@ -1,21 +1,17 @@
-// The objects behind the handles of sim.h, and the codes of exceptions.
+// The objects behind the handles of sim.h.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <cstdint>
-#include <cstring>
-#include <exception>
 #include <functional>
 #include <memory>
-#include <new>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/c/asked.h"
+#include "core/c/guard.h"
 #include "core/c/sim.h"
 #include "core/c/stop.h"
 #include "core/report/checkpoint_file.h"
@@ -58,40 +54,6 @@ struct sim_snapshot {
 
 namespace sim::c {
 
-// Thrown when a callback asks to stop.
-struct Stopped : std::exception {};
-
-[[noreturn]] inline void refuse(const std::string& what, const std::string& where,
-                                const std::string& why, const std::string& remedy) {
-  throw Error(ErrorKind::kUsage, {what, where, why, remedy});
-}
-
-template <class Handle>
-Handle& checked(Handle* handle, const char* name) {
-  if (!handle) refuse("null handle", name, "there is nothing to work on", "give one that is open");
-  return *handle;
-}
-
-// A structure of a program that was compiled against another version of the header: what it does
-// not know is 0, and what it knows and this library does not has to be. `begin`: how it begins.
-template <class Structure>
-Structure whole_of(const Structure& given, const std::string& begin) {
-  constexpr std::size_t kLeast = sizeof(std::size_t), kMost = 4096;
-  const std::string where = "size " + std::to_string(given.size);
-  if (given.size < kLeast || given.size > kMost || given.size % alignof(Structure) != 0)
-    refuse("bad options", where, "it is that of no version", "begin with " + begin);
-  const auto* const bytes = reinterpret_cast<const unsigned char*>(&given);
-  for (std::size_t i = sizeof given; i < given.size; ++i)
-    if (bytes[i] != 0)
-      refuse("unknown option", where,
-             "a member of a later version is set, and this library is version " +
-                 std::to_string(SIM_MAJOR) + "." + std::to_string(SIM_MINOR),
-             "leave it 0, or install the later library");
-  Structure whole{};
-  std::memcpy(&whole, bytes, std::min(given.size, sizeof whole));
-  return whole;
-}
-
 // Holds a scene for the time of a call. Throws Error{kUsage} for null, and for a scene that is in
 // another call: of another thread, or the one whose callback this is.
 class InCall {
@@ -113,11 +75,6 @@ void listen(sim_scene& scene);
 
 // Frees the scene now, or at the end of the call that it is in.
 void close(sim_scene* scene) noexcept;
-
-inline const char* checked_text(const char* text, const char* name) {
-  if (!text) refuse("null text", name, "a text is wanted", "give one that ends with a zero byte");
-  return text;
-}
 
 // Calls work(); its exception becomes Stopped if a field of the scene asked for it.
 template <class Work>
@@ -141,35 +98,6 @@ auto stoppable_by(const Watch& watcher, Work work) -> decltype(work()) {
     throw;
   }
 }
-
-// Stores the current exception, and returns its code. One without a location gets the function of
-// the interface as its location.
-int tell(sim_error* error, const char* function) noexcept;
-
-// Calls work(); returns the code of its exception, which never propagates.
-template <class Work>
-int guarded(sim_error* error, Work work, const char* function = __builtin_FUNCTION()) noexcept {
-  try {
-    work();
-    return SIM_OK;
-  } catch (...) {
-    return tell(error, function);
-  }
-}
-
-// The same for functions that return a pointer: null on failure.
-template <class Work>
-auto guarded_pointer(sim_error* error, Work work,
-                     const char* function = __builtin_FUNCTION()) noexcept -> decltype(work()) {
-  try {
-    return work();
-  } catch (...) {
-    tell(error, function);
-    return nullptr;
-  }
-}
-
-char* given_away(const std::string& text);  // for sim_free(); throws std::bad_alloc
 
 // Throws Error{kUsage} for an index that the scene does not have.
 Simulation& system_of(sim_scene* scene, int system);

@@ -216,8 +216,8 @@ int sim_judge(const sim_scene* scene, int system, sim_verdict* verdict, sim_erro
 int sim_figure(const sim_scene* scene, int system, const char* name, double* value,
                sim_error* error);
 /* Since 1.1: figures of what the scene observes, "mean sag", that runs from now on judge besides
- * (--of), in "observed" of that JSON. The list ends with a null pointer. And whether the last run is
- * within limits (--check), "verified,energy=1%,strain=20%,dt=90%"; SIM_CHECK where it is not. */
+ * (--of), in "observed" of that JSON. The list ends with a null pointer. And whether the last run
+ * is within limits (--check), "verified,energy=1%,strain=20%,dt=90%"; SIM_CHECK where not. */
 int sim_judge_figures(sim_scene* scene, const char* const* of, sim_error* error);
 int sim_check(const sim_scene* scene, const char* limits, sim_error* error);
 char* sim_verdict_json(const sim_scene* scene, sim_error* error); /* as `sim SCENE --json` */
@@ -234,14 +234,15 @@ const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number *
  *   dt=S,S                    compare: a step for all methods or for each; 0 is the scene's own
  *   reference=A, reference_dt=S  compare: errors against a run of this, in place of a reference
  *                                with an error of its own
- *   out=FILE, fps=N           compare: a panel for each method, of any kind that --out knows,
- * often; and color=, camera=, size=WxH, springs= (often), wireframe=1: sim_look over=NAME=VALUES
- * sweep, once for each name: a,b,c or LO:HI:linN, LO:HI:logN, LO..HI; NAME is integrator, dt, tol,
- * time, steps, seed or a parameter cases=FILE                sweep, in place of over: CSV, names
- * and then a row a case verify=0                  sweep: no second run with half the step; `of` may
- * be there often and parameters of plugins. A sweep runs as many cases at once as the options have
- * threads; its rows are {"rows": [{"case", names.., "exit", "verdict", "reason", "steps", ..,
- * "hash", ..}]}. */
+ *   out=FILE, fps=N           compare: a panel for each method, of any kind that --out knows, may
+ *                             be there often; with color, camera, size=WxH, springs (often) and
+ *                             wireframe=1, as in sim_look
+ *   over=NAME=VALUES          sweep, once for each name: a,b,c or LO:HI:linN, LO:HI:logN, LO..HI;
+ *                             NAME is integrator, dt, tol, time, steps, seed or a parameter
+ *   cases=FILE                sweep, in place of over: CSV, names and then a row a case
+ *   verify=0                  sweep: no second run with half the step; `of` may be there often
+ * and parameters of plugins. A sweep runs as many cases at once as the options have threads; its
+ * rows are {"rows": [{"case", names.., "exit", "verdict", "reason", "steps", .., "hash", ..}]}. */
 char* sim_study(const char* study, const char* scene, const char* text, const char* const* asked,
                 const sim_options* options, sim_watch watch, void* user, sim_error* error);
 

@@ -17,7 +17,7 @@ struct LuaLimits {
   bool seconds_in_all = false, steps_in_all = false;  // of the run, not of each call
 };
 
-// The limits for scenes of strangers.
+// The limits of a stranger's scene.
 inline LuaLimits safe_limits() {
   return {.memory = std::size_t{256} << 20, .seconds_in_all = true, .steps_in_all = true};
 }

@@ -75,8 +75,8 @@ class Sweeps {
   }
 
  private:
-  // begin_at() is called where a rank starts a stage; piece() returns whether it is finite. A sweep
-  // that is given up skips the rest.
+  // Runs the stages of all ranks, piece by piece: begin_at() is called where a rank starts a stage,
+  // and piece() returns whether it is finite. Pieces that are given up are left out.
   template <class BeginAt, class Piece>
   bool run_pieces(int stages, const BeginAt& begin_at, const Piece& piece) {
     std::fill(finite_.begin(), finite_.end(), char{1});
