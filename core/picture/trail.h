@@ -16,8 +16,8 @@ struct Trail {
   unsigned colour;  // 0xRRGGBB
 };
 
-// Those of a system that the look asks for, each in its own colour, in its order; what the system
-// does not have is left out.
+// The trails of a system that the look asks for, each in its own colour, in its order; particles
+// and bodies that the system does not have are left out.
 std::vector<Trail> trails_of(const Model& model, const Look& look);
 
 // Throws Error{kUsage} for a trail of a particle or body that no system has.

@@ -103,8 +103,8 @@ Rest settle(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kIdle = 100;                            // peaks without a clearly smaller force
   constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   constexpr double kFound = 1e-6, kBetter = 0.9;
-  // Of the forces in play, what friction of constrained particles, and contact of bodies and
-  // surfaces, may leave.
+  // The share of the forces in play that friction of constrained particles, and contact of bodies
+  // and surfaces, may leave.
   const bool rough = simulation.constraint_system() || !simulation.corrections().empty();
   const double good = rough ? 1e-3 : kFound;
   const auto began = std::chrono::steady_clock::now();

@@ -62,7 +62,7 @@ TEST_CASE("a chain of rods comes to rest on a floor", "[rest]") {
   CHECK(lowest == Approx(0).margin(1e-9));
   CHECK(longest == Approx(0.1).epsilon(1e-12));
   CHECK(run.system.position(10).y() == Approx(0).margin(1e-9));
-  // What is left at rest stays so, but for the slip that its friction leaves.
+  // A scene left at rest stays so, but for the slip that its friction leaves.
   CHECK(rest.force <= 1e-3 * rest.in_play);
   const Vec3 before = run.system.position(7);
   run.run_to(0.5);

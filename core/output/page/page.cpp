@@ -232,8 +232,8 @@ std::string Page::camera_json() const {
   return camera.str();
 }
 
-// What leaves chosen trails, as particles with their weights, in which colour; and their ways, how
-// many points these have up to each moment.
+// The points that leave chosen trails, as particles with their weights, in which colour; and their
+// paths, with the number of points up to each moment.
 std::string Page::trails_json(std::size_t m) const {
   const std::vector<Trail> trails = trails_of(models_[m], look_);
   if (trails.empty()) return "";

@@ -391,7 +391,7 @@ void ImplicitContact::accelerate(const ParticleView& view, double* const a[3]) c
     const Vec3 velocity = view.velocity(i);
     for (int k = 0; k < held.count; ++k) {
       if (held.since[k] != t_) continue;
-      // What leaves is not pushed.
+      // A separating contact exerts no force.
       const SurfaceSample sample = held.collider[k]->query(t_, view.position(i));
       const double off = (velocity - sample.velocity).dot(sample.normal);
       if (off > kAtRest * (velocity.norm() + sample.velocity.norm())) continue;
