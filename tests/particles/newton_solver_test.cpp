@@ -143,6 +143,47 @@ TEST_CASE("every solver of stages solves Y - tau f(t, Y) = r", "[particles]") {
     }
 }
 
+// Factors belong to one tau: a solver that comes back to a length of step solves for that one.
+TEST_CASE("a solver that has solved for other steps solves as one that has not", "[particles]") {
+  using Method = StageOptions::Method;
+  for (const Method method : {Method::kNewton, Method::kLocalGlobal}) {
+    StageOptions options{.tolerance = 1e-13, .method = method};
+    if (method == Method::kLocalGlobal) options.newton_steps = 30;
+    const auto solution = [&](std::initializer_list<double> taus) {
+      Scene scene(Other::kNone);
+      const auto solver = scene.system->stage_solver(options);
+      for (const double tau : taus) {
+        solver->restart();
+        std::ranges::copy(scene.x.span(), scene.y.data());
+        REQUIRE(solver->solve(0.2, tau, scene.x.data(), scene.y.data()) == StepStatus::kDone);
+      }
+      if (method == Method::kLocalGlobal) {
+        // One matrix for each new tau; as many iterations as were asked for.
+        CHECK(solver->effort().newton == 30 * static_cast<std::int64_t>(taus.size()));
+        CHECK(solver->effort().factorisations == static_cast<std::int64_t>(taus.size()));
+      }
+      return std::vector<double>(scene.y.span().begin(), scene.y.span().end());
+    };
+    for (const double tau : {1e-3, 0.02})
+      CHECK(solution({tau}) == solution({0.01, tau, 0.005, tau}));
+  }
+}
+
+TEST_CASE("projective dynamics solves for springs and drag, and divides its residual by the first",
+          "[particles]") {
+  Scene scene(Other::kNone);
+  const auto solver = scene.system->stage_solver(
+      {.newton_steps = 400, .method = StageOptions::Method::kLocalGlobal});
+  CHECK(scene.residual(*solver, 1e-3) <= 1e-9);
+  CHECK(solver->effort().factorisations == 1);
+  CHECK(solver->effort().newton == 400);
+  CHECK(solver->effort().residual < 1e-9);
+  // Again for the same tau: the factors are kept.
+  CHECK(scene.residual(*solver, 1e-3) <= 1e-9);
+  CHECK(solver->effort().factorisations == 1);
+  CHECK(solver->effort().newton == 800);
+}
+
 TEST_CASE("Newton's method converges quadratically with blocks and with differences") {
   for (const Other other : {Other::kNone, Other::kBlocks, Other::kPairs, Other::kDifferences}) {
     Scene scene(other);
