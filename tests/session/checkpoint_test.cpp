@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 #include <random>
 
@@ -118,6 +119,129 @@ TEST_CASE("a checkpoint of another scene is refused, and nothing is changed") {
     spoil(spoilt);
     CHECK_THROWS_AS(sim::resume(from, cloth, spoilt, registry), sim::Error);
   }
+}
+
+TEST_CASE("contents of a checkpoint are taken up to their bounds, and refused beyond them") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec cloth = make_cloth(4);
+  cloth.forces.back().given["break_strain"] = 5.0;
+  cloth.forces.back().switch_name = "flex";
+  cloth.forces[1].switch_name = "air";
+  Simulation from(cloth, registry);
+  REQUIRE(run(from, 10));
+  const sim::Checkpoint::System saved = sim::checkpoint(from, cloth, 0.5);
+  const int ties = 2 * 4 * 2;  // flex springs of 4 x 4 particles: two in each row and column
+  REQUIRE(from.breakable_ties() == ties);
+  using Change = std::function<void(sim::Checkpoint::System&)>;
+  constexpr std::int64_t kMost = std::int64_t{1} << 53;
+  const double nan = std::nan("");
+  const std::vector<Change> taken = {
+      [](auto&) {},
+      [](auto& s) { s.n0 = s.step; },
+      [](auto& s) { s.n0 = 0, s.step = 0; },
+      [](auto& s) { s.step = kMost - 1, s.n0 = kMost - 3; },
+      [](auto& s) { s.t0 = 0; },
+      [](auto& s) { s.h = 1e-300; },
+      [](auto& s) { s.pinned = {}; },
+      [](auto& s) {
+        s.pinned = {0, 15};
+      },
+      [ties](auto& s) {
+        s.broken = {0, ties - 1};
+      },
+      [](auto& s) {
+        s.off = {"air", "flex"};
+      },
+      [](auto& s) { s.off = {"flex"}; },
+      [](auto& s) { s.identity.clear(); },  // of an older version
+      [](auto& s) { s.start_energy = 7; },
+  };
+  const std::vector<Change> refused = {
+      [](auto& s) { s.h = 0; },
+      [](auto& s) { s.h = -s.h; },
+      [](auto& s) { s.h = HUGE_VAL; },
+      [nan](auto& s) { s.h = nan; },
+      [](auto& s) { s.h = 1e308, s.step = 11, s.n0 = 0; },  // its time is not finite
+      [](auto& s) { s.t0 = -1e-300; },
+      [nan](auto& s) { s.t0 = nan; },
+      [](auto& s) { s.t0 = HUGE_VAL; },
+      [](auto& s) { s.n0 = -1; },
+      [](auto& s) { s.n0 = s.step + 1; },
+      [](auto& s) { s.step = kMost, s.n0 = kMost; },
+      [](auto& s) {
+        s.pinned = {-1, 3};
+      },
+      [](auto& s) {
+        s.pinned = {3, 16};
+      },
+      [](auto& s) {
+        s.pinned = {3, 3};
+      },
+      [](auto& s) {
+        s.pinned = {4, 3};
+      },
+      [](auto& s) { s.broken = {-1}; },
+      [ties](auto& s) { s.broken = {ties}; },
+      [](auto& s) {
+        s.broken = {2, 2};
+      },
+      [](auto& s) {
+        s.broken = {5, 2};
+      },
+      [nan](auto& s) { s.broken_energy = nan; },
+      [](auto& s) { s.off = {"wind"}; },
+      [](auto& s) {
+        s.off = {"air", "air"};
+      },
+      [](auto& s) {
+        s.off = {"flex", "air"};
+      },
+      [nan](auto& s) { s.x.front() = nan; },
+      [](auto& s) { s.x.back() = -HUGE_VAL; },
+      [](auto& s) { s.x.push_back(0); },
+      [](auto& s) { s.x.pop_back(); },
+      [](auto& s) { s.memory.push_back(1); },  // rk4 has none
+      [nan](auto& s) { s.work.push_back(nan); },
+      [](auto& s) { s.identity.begin()->second ^= 1; },
+      [](auto& s) { s.identity.erase(s.identity.begin()); },
+      [](auto& s) { s.identity["more"] = 1; },
+  };
+  for (std::size_t i = 0; i < taken.size() + refused.size(); ++i) {
+    const bool good = i < taken.size();
+    INFO((good ? "taken " : "refused ") << (good ? i : i - taken.size()));
+    sim::Checkpoint::System other = saved;
+    (good ? taken[i] : refused[i - taken.size()])(other);
+    Simulation to(cloth, registry);
+    REQUIRE(run(to, 3));
+    const std::uint64_t hash = to.hash();
+    if (!good) {
+      try {
+        sim::resume(to, cloth, other, registry);
+        FAIL("it is taken");
+      } catch (const sim::Error& error) {
+        CHECK(error.kind() == sim::ErrorKind::kCheckpoint);
+        CHECK(error.text().where == "system 'cloth'");
+      }
+      CHECK(to.hash() == hash);
+      CHECK(to.step_count() == 3);
+      CHECK(run(to, 1));
+      continue;
+    }
+    sim::resume(to, cloth, other, registry);
+    CHECK(same_bits({to.state().begin(), to.state().end()}, other.x));
+    CHECK(to.step_count() == other.step);
+    CHECK(to.h() == other.h);
+    CHECK(to.t() == other.t0 + static_cast<double>(other.step - other.n0) * other.h);
+    CHECK(to.settings().pinned == other.pinned);
+    CHECK(to.settings().off == other.off);
+    CHECK(to.settings().broken == other.broken);
+  }
+  // A list of numbers has no particles to pin.
+  const sim::SystemSpec circle = make_circle();
+  Simulation flat(circle, registry);
+  sim::Checkpoint::System pinned = sim::checkpoint(flat, circle, 0);
+  pinned.pinned = {0};
+  CHECK_THROWS_AS(sim::resume(flat, circle, pinned, registry), sim::Error);
 }
 
 TEST_CASE("damaged files are refused") {
