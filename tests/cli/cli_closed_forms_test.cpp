@@ -1,6 +1,8 @@
 // The figures that studies print, against closed forms of a free fall and of a spring.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <regex>
+#include <tuple>
 
 #include "core/output/format.h"
 #include "tests/cli/json_check.h"
@@ -157,6 +159,95 @@ TEST_CASE("stability: modes and limits of one spring", "[cli]") {
   CHECK(method("midpoint").at("radius").number == Approx(std::hypot(1 - z2 / 2, z)).epsilon(1e-9));
   CHECK(method("rk4").at("radius").number ==
         Approx(std::hypot(1 - z2 / 2 + z2 * z2 / 24, z - z * z2 / 6)).epsilon(1e-9));
+}
+
+// With z = omega h and cos a = 1 - z^2/2 it is at x = A cos(n a) with v = omega A sqrt(1 - z^2/4)
+// sin(n a): the energy is off by m omega^2 A^2 z^2/8 sin^2(n a).
+TEST_CASE("stability: the energy that Verlet's method is off by near its limit", "[cli]") {
+  const Json study = Scenes().json({"stability", "spring.lua", "--integrators",
+                                    "verlet,rk4,euler,"
+                                    "dopri5"});
+  CHECK(study.at("system").text == "spring");
+  CHECK(study.at("t").number == 0);
+  CHECK(study.at("integrator").text == "verlet");
+  CHECK(study.at("dt").number == 0.01);
+  CHECK(study.at("energy_time").number == 1);
+  CHECK(study.at("complete").flag);
+  CHECK(study.at("decay").number == Approx(0).margin(1e-9));
+  CHECK(study.at("residual").number < 1e-9);
+  REQUIRE(study.at("families").list.size() == 1);
+  CHECK(study.at("families").list[0].at("family").text == "link");
+  CHECK(study.at("families").list[0].at("share").number == Approx(1));
+  REQUIRE(study.at("particles").list.size() == 1);
+  REQUIRE(study.at("integrators").list.size() == 4);
+  const auto method = [&](const std::string& name) -> const Json& {
+    return named(study.at("integrators"), "name", name);
+  };
+  const std::tuple<const char*, int, const char*, std::size_t> facts[] = {
+      {"verlet", 2, "step", 4},
+      {"rk4", 4, "step", 4},
+      {"euler", 1, "none stable", 0},
+      {"dopri5", 5, "own steps", 0}};
+  for (const auto& [name, order, limit, points] : facts) {
+    INFO(name);
+    CHECK(method(name).at("order").number == order);
+    CHECK(method(name).at("limit").text == limit);
+    CHECK(method(name).at("energy").list.size() == points);
+    CHECK_FALSE(method(name).at("late").flag);
+  }
+  const double limit = method("verlet").at("measured_dt").number;
+  const double fractions[] = {0.25, 0.5, 0.9, 1.1};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Json& point = method("verlet").at("energy").list[k];
+    INFO(fractions[k]);
+    CHECK(point.at("fraction").number == fractions[k]);
+    const double h = point.at("dt").number, z = kOmega * h;
+    CHECK(h == Approx(fractions[k] * limit).epsilon(1e-12));
+    if (k == 3) {
+      // It grows, and is lost or off by more than there was.
+      CHECK((point.at("error").kind == Json::Kind::kNull || point.at("error").number > 0.5));
+      continue;
+    }
+    // An even number of steps, as many as the duration has room for, or one or two more.
+    const double angle = std::acos(1 - z * z / 2), scale = kStiffness * kSag * kSag;
+    const auto steps = static_cast<int>(std::ceil(1 / h / 2)) * 2;
+    double most = 0, in_play = 0;
+    for (int n = 1; n <= steps; ++n) {
+      const double sine = std::sin(n * angle), cosine = std::cos(n * angle);
+      const double kinetic = 0.5 * scale * (1 - z * z / 4) * sine * sine;
+      const double potential = 0.5 * scale * (1 - cosine * cosine);  // below that of the start
+      most = std::max(most, scale * z * z / 8 * sine * sine);
+      in_play = std::max(in_play, kinetic + potential);
+    }
+    CHECK(point.at("error").number == Approx(most / in_play).epsilon(1e-6));
+  }
+  // What rk4 loses in a time goes with z^5.
+  const auto& points = method("rk4").at("energy").list;
+  CHECK(points[1].at("error").number / points[0].at("error").number > 10);
+
+  const std::string words =
+      Scenes().run({"stability", "spring.lua", "--integrators", "verlet,euler,dopri5"}).out;
+  const auto says = [&](const std::string& text) {
+    INFO(words << "\n" << text);
+    CHECK(words.find(text) != std::string::npos);
+  };
+  says("5 rad/s (period 1.26 s), damping 0 /s");  // 2 pi / 5
+  says("5 rad/s, from masses and stiffnesses alone");
+  says("mostly at particles 1; link 100 %");
+  says("verlet, dt 0.01 s");
+  says("energy error at share");
+  says("of runs of 1 s, the largest, of the energy in play");
+  // 2 / omega = 0.4 s, of which 0.01 s are 2.5 %; own steps; (1 + z^2)^(1/2) a step: e times in
+  // h / (z^2 / 2) = 8 s.
+  const auto row = [&](const std::string& name) {
+    for (const std::string& line : lines_of(words))
+      if (line.starts_with(name + " ")) return std::regex_replace(line, std::regex(" +"), " ");
+    return std::string();
+  };
+  CHECK(row("verlet").starts_with("verlet 0.4 0.4 0 % 2.5 % "));
+  CHECK(row("dopri5").ends_with(" own steps"));
+  says("euler has no stable step here");
+  says("the fastest mode grows e times every 8.01 s");
 }
 
 TEST_CASE("order and tradeoff: the errors of Verlet's method on a spring", "[cli]") {

@@ -2,11 +2,14 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <iterator>
+#include <map>
+#include <regex>
 #include <sstream>
 
 #include "core/simd/simd_targets.h"
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
+#include "tests/support/scenes.h"
 #include "tests/support/temporary.h"
 
 namespace sim_test {
@@ -120,6 +123,88 @@ TEST_CASE("list shows plugins and scenes") {
   CHECK(has("verlet", {"2", "1", "any", "symplectic,", "particles"}));
   CHECK(text.out.find("forces") == std::string::npos);
   for (const std::string& line : lines_of(run_sim({"list"}).out)) CHECK(line.size() <= 80);
+}
+
+// The page of the scene language, against the registrations.
+TEST_CASE("the page of the scene language has every plugin of scenes with all of its parameters") {
+  const std::string page = run_sim({"list", "--markdown"}).out;
+  const std::vector<std::string> lines = lines_of(page);
+  CHECK(lines.front() == "## Functions");
+  std::map<std::string, std::pair<std::size_t, std::size_t>> sections;  // their lines
+  std::string last;
+  std::size_t fences = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].starts_with("```")) CHECK(lines[i] == (fences++ % 2 ? "```" : "```text"));
+    if (!lines[i].starts_with("##") || fences % 2) continue;
+    if (!last.empty()) sections[last].second = i;
+    last = lines[i].starts_with("### ") ? lines[i].substr(4) : "";
+    INFO(lines[i]);
+    if (!last.empty()) CHECK(sections.emplace(last, std::pair(i, lines.size())).second);  // once
+    CHECK(lines[i + 1].empty());
+  }
+  CHECK(fences % 2 == 0);
+  const auto one_line = [](std::string text) {
+    std::ranges::replace(text, '\n', ' ');
+    return std::regex_replace(text, std::regex("\\|"), "\\|");
+  };
+  const auto joined = [](const std::vector<std::string>& words, const std::string& between) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
+    return text;
+  };
+  sim::Registry registry = make_registry();
+  std::size_t plugins = 0, functions = 0;
+  for (const sim::PluginKind& kind : sim::kPluginKinds) {
+    const std::string group = "sim." + std::string(kind.name);
+    const std::vector<std::string> names = registry.names(kind);
+    CHECK((page.find("\n## " + group + "\n\n### " + group + ".") != std::string::npos) ==
+          (kind.in_scenes && !names.empty()));
+    for (const std::string& name : names) {
+      const std::string title = group + "." + name;
+      INFO(title);
+      CHECK(sections.contains(title) == kind.in_scenes);
+      if (!sections.contains(title)) continue;
+      ++plugins;
+      const sim::PluginInfo& info = registry.get(kind, name);
+      std::string expected = "### " + title + "\n\n" + info.summary + ".";
+      if (!info.aliases.empty()) expected += " Also: `" + joined(info.aliases, "`, `") + "`.";
+      expected += "\n\n";
+      if (!info.formula.empty()) expected += "```text\n" + info.formula + "\n```\n\n";
+      if (!info.source.empty()) expected += "Source: " + info.source + ".\n\n";
+      if (!info.params.empty())
+        expected += "| parameter | unit | default | meaning |\n|---|---|---|---|\n";
+      for (const sim::Param& param : info.params) {
+        std::string value = param.required ? "required" : sim::to_text(param.default_value);
+        if (!param.choices.empty()) value += " (" + joined(param.choices, ", ") + ")";
+        if (param.per_tie) value += "; by tie";
+        expected += "| `" + param.name + "` | " + param.unit + " | " + one_line(value) + " | " +
+                    one_line(param.doc) + " |\n";
+      }
+      if (!info.params.empty()) expected += "\n";
+      const auto [begin, end] = sections[title];
+      CHECK(joined({lines.begin() + static_cast<std::ptrdiff_t>(begin),
+                    lines.begin() + static_cast<std::ptrdiff_t>(end)},
+                   "\n") +
+                "\n" ==
+            expected);
+    }
+  }
+  // All other headings are functions and methods, which the text below calls by that name.
+  for (const auto& [title, place] : sections) {
+    if (std::ranges::count(title, '.') == 2) continue;
+    ++functions;
+    INFO(title);
+    CHECK(lines[place.first + 2] == "```text");
+    std::string text;
+    for (std::size_t i = place.first + 3; i < place.second; ++i) text += lines[i] + "\n";
+    CHECK(text.find(title) != std::string::npos);
+    CHECK(text.find("\n```\n") + 5 == text.find_last_not_of('\n') + 2);
+    const bool method = lines[place.first + 3].find(title) != std::string::npos && title[0] == ':';
+    CHECK((method || title.starts_with("sim.")));
+  }
+  CHECK(plugins > 50);
+  CHECK(functions > 15);
+  CHECK(sections.size() == plugins + functions);
 }
 
 TEST_CASE("every plugin and scene describes itself") {

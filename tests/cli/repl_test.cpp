@@ -306,6 +306,66 @@ TEST_CASE("repl: modes") {
   CHECK(output(".energy\n.step\n.energy\n", {"--mode", "json"}) == read_text(file));
 }
 
+// .help lists each command as `NAME? ` tells of it: its use, what it does, its name in Lua.
+TEST_CASE("repl: help on each command, and on plugins as sim describes them") {
+  struct Listed {
+    std::string use, help;
+  };
+  std::vector<Listed> listed;
+  std::vector<std::string> sections;
+  const std::vector<std::string> lines = lines_of(output(".help\n"));
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    if (lines[i].starts_with("A command may be shortened")) break;
+    if (lines[i].empty()) continue;
+    if (lines[i][0] != ' ') {
+      sections.push_back(lines[i]);
+      CHECK(lines[i - 1].empty());
+    } else if (lines[i].starts_with("  .")) {
+      const std::size_t gap = lines[i].find(' ', 24);
+      // The help begins in column 26, or one behind a use that is longer.
+      const std::size_t wide = lines[i].size() > 25 && lines[i][25] == ' ' ? 26 : gap + 1;
+      std::string use = lines[i].substr(2, wide - 3);
+      use.erase(use.find_last_not_of(' ') + 1);
+      listed.push_back({use, lines[i].substr(wide)});
+    } else {
+      CHECK(lines[i].starts_with(std::string(26, ' ')));
+      listed.back().help += " " + lines[i].substr(26);
+    }
+  }
+  CHECK(listed.size() > 40);
+  CHECK(std::set<std::string>(sections.begin(), sections.end()).size() == sections.size());
+  CHECK(sections.front() == "time");
+  std::string asked, expected;
+  std::set<std::string> names;
+  for (const Listed& each : listed) {
+    const std::string name = each.use.substr(1, each.use.find(' ') - 1);
+    CHECK(names.insert(name).second);
+    asked += "." + name + "?\n";
+    expected += each.use + "\n  " + each.help + "\n  in Lua: sim.";
+  }
+  // The names in Lua aside.
+  const std::string said =
+      std::regex_replace(output(asked), std::regex("sim\\.[a-z_]+\\(\\.\\.\\.\\)\n"), "sim.");
+  CHECK(said == expected);
+
+  for (const char* name : {"spring", "rk4", "scenes/circle.lua"}) {
+    INFO(name);
+    const std::string described = run_sim({"describe", name}).out;
+    CHECK(described.size() > 100);
+    CHECK(output(std::string(name) + "?\n").ends_with(described));
+  }
+  const auto refused = [](const std::string& line) {
+    const Outcome outcome = session(line + "\n");
+    CHECK(outcome.code == 2);
+    return outcome.err;
+  };
+  CHECK(refused("sprnig?").find("did you mean 'spring'?") != std::string::npos);
+  CHECK(refused("steep?").find("did you mean 'step'?") != std::string::npos);
+  CHECK(refused("gridd?").find("did you mean 'grid'?") != std::string::npos);
+  CHECK(refused("qqqqqqqqqqq?").find(".help lists the commands") != std::string::npos);
+  CHECK(refused(".sprnig?").find("did you mean '.springs'?") != std::string::npos);  // no command
+}
+
 TEST_CASE("repl: help, time, read and the end") {
   CHECK(output("?\n") == output(".help\n"));
   CHECK(output(".help\n").find("\ntime\n  .step [N] ") != std::string::npos);
