@@ -80,6 +80,64 @@ static void steps_have_the_known_bits(void) {
   sim_close(cloth);
 }
 
+/* x' = x^2 by Euler's rule: x + h x^2, from 1, until it is not finite. */
+static int steps_of_blow_up(double h, double* last) {
+  double x = 1;
+  int count = 0;
+  while (isfinite(x + h * x * x)) {
+    x += h * x * x;
+    ++count;
+  }
+  *last = x;
+  return count;
+}
+
+/* Steps that were taken are counted, whether all were or not; a reset takes back all of them. */
+static void steps_are_counted(void) {
+  static const char text[] =
+      "local sim = require 'sim'\n"
+      "return sim.scene { state = {1}, field = sim.field.formula { 'u^2', names = {'u'} },\n"
+      "  integrator = 'euler', dt = 0.125, duration = 1 }\n";
+  sim_scene* scene = sim_open_text(text, "blow.lua", NULL, NULL);
+  sim_scene* world = open_or_tell("scenes/sample.lua", NULL);
+  sim_error error;
+  double last, x;
+  const int most = steps_of_blow_up(0.125, &last);
+  int64_t taken = -7, all = 0;
+  uint64_t start = sim_hash(scene, 0), before;
+  int steps, i;
+  CHECK(scene != NULL && most > 8 && most < 40);
+  CHECK(sim_step(NULL, 5, &taken, NULL) == SIM_USAGE && taken == 0);
+  taken = -7;
+  CHECK(sim_step(scene, -1, &taken, &error) == SIM_USAGE && taken == 0 && sim_time(scene, 0) == 0);
+  for (steps = 0; steps <= most + 2; ++steps) {
+    taken = -7;
+    before = sim_generation(scene);
+    CHECK(sim_step(scene, steps, &taken, &error) == (steps > most ? SIM_DIVERGED : SIM_OK));
+    CHECK(taken == (steps > most ? most : steps) && sim_step_count(scene, 0) == taken);
+    CHECK(sim_time(scene, 0) == 0.125 * (double)taken);
+    CHECK(sim_generation(scene) != before && (sim_hash(scene, 0) == start) == (taken == 0));
+    for (i = 0, x = 1; i < taken; ++i) x += 0.125 * x * x;
+    CHECK(sim_copy_state(scene, 0, "component", &last, 1, NULL) == SIM_OK && last == x);
+    before = sim_generation(scene);
+    CHECK(sim_reset(scene, NULL) == SIM_OK && sim_generation(scene) != before);
+    CHECK(sim_step_count(scene, 0) == 0 && sim_time(scene, 0) == 0);
+    CHECK(sim_hash(scene, 0) == start);
+  }
+  /* Of a world each system takes so many steps, and each is reset. */
+  CHECK(sim_systems(world) == 3);
+  for (steps = 1; steps <= 40; steps += 13) {
+    taken = -7;
+    CHECK(sim_step(world, steps, &taken, NULL) == SIM_OK && taken == steps);
+    all += steps;
+    for (i = 0; i < 3; ++i) CHECK(sim_step_count(world, i) == all);
+  }
+  CHECK(sim_reset(world, NULL) == SIM_OK);
+  for (i = 0; i < 3; ++i) CHECK(sim_step_count(world, i) == 0 && sim_time(world, i) == 0);
+  sim_close(world);
+  sim_close(scene);
+}
+
 /* Options of programs that were compiled with an older or a newer header, with what lies behind. */
 static void options_of_other_versions_are_read(void) {
   struct {
@@ -769,6 +827,7 @@ int main(int argc, char** argv) {
   CHECK(sim_interface_version() / 1000 == SIM_MAJOR && sim_version()[0]);
   structures_are_those_of_1_0();
   steps_have_the_known_bits();
+  steps_are_counted();
   runs_are_judged();
   steps_are_ended();
   functions_of_scenes_are_ended();
