@@ -221,7 +221,7 @@ TEST_CASE("stability: the energy that Verlet's method is off by near its limit",
     }
     CHECK(point.at("error").number == Approx(most / in_play).epsilon(1e-6));
   }
-  // What rk4 loses in a time goes with z^5.
+  // The energy that rk4 loses in a time goes with z^5.
   const auto& points = method("rk4").at("energy").list;
   CHECK(points[1].at("error").number / points[0].at("error").number > 10);
 
