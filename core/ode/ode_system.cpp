@@ -113,7 +113,7 @@ std::unique_ptr<EmbeddedStepper> OdeSystem::embedded_stepper(const EmbeddedPlan&
 }
 
 std::unique_ptr<LinearisedSolver> OdeSystem::linearised_solver() {
-  constexpr std::size_t kFewNumbers = 400;  // two evaluations of f for each
+  constexpr std::size_t kFewNumbers = 100;  // two evaluations of f for each
   if (size() > kFewNumbers || has_inequalities()) return nullptr;
   return make_linearised_solver(all_entries(*this));
 }

@@ -17,7 +17,7 @@ void RosenbrockStages::prepare(OdeSystem& system) {
         ErrorKind::kScene,
         {"integrator does not fit", "",
          "a Rosenbrock method needs all entries of df/dX, known from formulas or of at most "
-         "400 numbers, and every state allowed",
+         "100 numbers, and every state allowed",
          "use esdirk43 or trbdf2, or write a field as sim.field.formula"});
   u_.clear();
   for (int i = 0; i < RosenbrockPair::kStages; ++i) u_.emplace_back(system.size());
