@@ -182,6 +182,11 @@ TEST_CASE("projective dynamics solves for springs and drag, and divides its resi
   CHECK(scene.residual(*solver, 1e-3) <= 1e-9);
   CHECK(solver->effort().factorisations == 1);
   CHECK(solver->effort().newton == 800);
+  // Without an iteration the residual is the first: of it, all is left.
+  const auto none =
+      scene.system->stage_solver({.newton_steps = 0, .method = StageOptions::Method::kLocalGlobal});
+  scene.residual(*none, 1e-3);
+  CHECK(none->effort().residual == 1);
 }
 
 TEST_CASE("Newton's method converges quadratically with blocks and with differences") {
