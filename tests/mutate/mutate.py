@@ -50,7 +50,7 @@ def sources(root):
                 yield path.relative_to(root).as_posix(), path
 
 def flags():
-    wanted = ('lua5.4-c++', 'eigen3', 'libwebsockets', 'hdf5-serial', 'glfw3', 'imgui', 'libedit')
+    wanted = ('lua5.4-c++', 'eigen3', 'hdf5-serial', 'glfw3', 'imgui', 'libedit')
     found = [subprocess.run(['pkg-config', '--cflags-only-I', name], capture_output=True, text=True) for name in wanted]
     return ['-xc++', '-std=c++20', '-w', f'-I{SOURCE}', '-include', f'{TREE}/tests/mutate/mutants.h',
             *' '.join(each.stdout for each in found).split()]
