@@ -4,6 +4,7 @@
 
 #include "core/base/array.h"
 #include "core/fields/pair_field.h"
+#include "core/ode/implicit/linearisation.h"
 #include "core/ode/implicit/sparse_newton.h"
 
 namespace sim {

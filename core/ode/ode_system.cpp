@@ -7,6 +7,7 @@
 #include "core/base/finite.h"
 #include "core/ode/implicit/dense_solver.h"
 #include "core/ode/implicit/krylov_solver.h"
+#include "core/ode/implicit/linearisation.h"
 
 namespace sim {
 namespace {

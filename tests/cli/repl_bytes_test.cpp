@@ -72,8 +72,8 @@ int end_after_bytes(unsigned seed, const std::string& folder) {
 TEST_CASE("the prompt bears any bytes at any width", "[repl]") {
   const TemporaryFolder folder;
   for (const unsigned seed : {1u, 2u, 3u}) {
-    INFO("seed " << seed);
     const int code = end_after_bytes(seed, folder.path().string());
+    INFO("seed " << seed << ", exit " << code);
     CHECK((code == 143 || code == 0));  // the bytes may say that they are all
   }
 }

@@ -1,9 +1,6 @@
 // Linear equations with the Jacobian of one state, for linearly implicit methods.
 #pragma once
 
-#include <memory>
-
-#include "core/ode/implicit/jacobian_entries.h"
 #include "core/ode/outcome.h"
 
 namespace sim {
@@ -20,7 +17,5 @@ class LinearisedSolver {
 
   virtual Effort effort() const = 0;  // since it was made
 };
-
-std::unique_ptr<LinearisedSolver> make_linearised_solver(std::unique_ptr<JacobianEntries> entries);
 
 }  // namespace sim

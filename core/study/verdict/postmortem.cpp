@@ -197,10 +197,9 @@ std::optional<Remedy> try_run(const Problem& problem, double dt, double time, co
     return told;
   };
   // An adaptive method may approach a singularity in ever smaller steps.
-  double tries = 0;
-  system.stop_when([&, most = std::max(1e4, kMostTries / size_of(problem))] {
-    return ++tries > most || stop();
-  });
+  const double most_a_step = std::max(1e4, kMostTries / size_of(problem));
+  double tries = 0, most = 0;
+  system.stop_when([&] { return ++tries > most || stop(); });
   Monitor monitor(*problem.spec, system, result.steps, problem.registry);
   StepDoubling shadow(*problem.spec, system, result.steps, *problem.registry);
   SamplingSchedule looks(0, result.steps);
@@ -215,7 +214,10 @@ std::optional<Remedy> try_run(const Problem& problem, double dt, double time, co
     if (stop()) return {};
     const std::int64_t due = std::min(
         {looks.next() - system.step_count(), monitor.due(), result.steps - system.step_count()});
-    const int taken = system.steps(std::max<std::int64_t>(1, due));
+    const std::int64_t asked = std::max<std::int64_t>(1, due);
+    tries = 0;
+    most = most_a_step * static_cast<double>(asked);
+    const int taken = system.steps(asked);
     if (taken == 0) {
       if (told) return {};
       result.verdict = {Trust::kDiverged, "it diverges, too", {}};

@@ -16,8 +16,8 @@ void RosenbrockStages::prepare(OdeSystem& system) {
     throw Error(
         ErrorKind::kScene,
         {"integrator does not fit", "",
-         "a Rosenbrock method needs all entries of df/dX, known from formulas or of at most "
-         "100 numbers, and every state allowed",
+         "a Rosenbrock method is for first-order systems whose df/dX is known from formulas, or "
+         "of at most 100 numbers",
          "use esdirk43 or trbdf2, or write a field as sim.field.formula"});
   u_.clear();
   for (int i = 0; i < RosenbrockPair::kStages; ++i) u_.emplace_back(system.size());

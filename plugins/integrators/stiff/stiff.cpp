@@ -86,8 +86,8 @@ SIM_PLUGIN(Integrator, "esdirk43 rodas4") {
   registrar.add(sim::IntegratorPlugin{
       {.name = "rodas4",
        .summary = "Rosenbrock 4(3): adaptive, for small stiff fields; linear equations alone",
-       .formula = "(1/(h gamma) - J) u_i = f(t + alpha_i h, x + sum_{j<i} a_ij u_j) + "
-                  "sum_{j<i} c_ij u_j / h + h gamma_i df/dt\n"
+       .formula = "(1/(h gamma) - J) u_i = f(t + alpha_i h, x + sum_{j<i} a_ij u_j)\n"
+                  "                        + sum_{j<i} c_ij u_j / h + h gamma_i df/dt\n"
                   "x_next = x + sum_j a_6j u_j + u_6,  J = df/dx,  gamma = 1/4,  6 stages\n"
                   "R(z) -> 0 as z -> -infinity;  error = u_6",
        .source = "Hairer & Wanner (1996), Solving ODEs II, section IV.10: RODAS",

@@ -1,4 +1,4 @@
-#include "core/ode/implicit/linearised_solver.h"
+#include "core/ode/implicit/linearisation.h"
 
 #include <utility>
 
