@@ -1,7 +1,7 @@
 // Kernels of pairs of particles, compared with sums over all pairs.
-#include "plugins/forces/pair/pair_forces.h"
 #include "plugins/forces/fluid/density_constraints.h"
 #include "plugins/forces/fluid/fluid_forces.h"
+#include "plugins/forces/pair/pair_forces.h"
 #include "tests/support/kernel_lists.h"
 
 using namespace sim_test;
