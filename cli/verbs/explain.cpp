@@ -67,7 +67,8 @@ bodies touched nothing, bodies touched at up to 16 points, took 0.12 J
 contact kept none apart, contact kept up to 32 pairs apart
     The same of surfaces that sim.contact keeps apart: pairs of their parts.
 37 springs broke, took 0.4 J, 37 springs and 2 rods broke, took 0.4 J
-    The springs and rods that broke, and the energy that was in them and in bending across the tear.
+    The springs and rods that broke, and the energy that was in them and in
+    bending across the tear.
 constraints to 2e-15 m and 9e-16 m/s, holding with up to 27 N
     The furthest that one was off, its rate, and the largest force of one.
 no surface crosses another or itself

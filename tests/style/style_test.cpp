@@ -432,6 +432,7 @@ TEST_CASE("sentences of comments begin with their subject") {
   static const std::regex riddle(R"((^|[.:?!] )(Of|What|Those|As|Likewise) )");
   int sentences = 0;
   for (const File& file : cpp_files({"core", "plugins", "cli", "tests"})) {
+    if (file.path.ends_with(".inc")) continue;  // of other languages
     for (std::size_t i = 0; i < file.lines.size(); ++i) {
       const std::string& line = file.lines[i];
       const std::size_t at = line.find("// ");

@@ -64,7 +64,7 @@ Aabb box_of(const std::vector<Aabb>& boxes, std::initializer_list<int> ids) {
   return box;
 }
 
-// What the pairs are: of parts that share no particle, whose boxes and whose triangles' boxes meet.
+// The pairs of parts that share no particle, whose boxes and whose triangles' boxes meet.
 std::vector<Pair> all_pairs(const Surfaces& surfaces, bool self, const std::vector<Aabb>& boxes,
                             std::span<const std::array<int, 2>> torn) {
   struct Triangle {
