@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/ode/implicit/jacobian_entries.h"
 
 namespace sim {
 namespace {
@@ -24,7 +25,7 @@ struct DenseSolver::Matrices {
 };
 
 DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
-    : StageNewton(system, options), unit_(size()), column_(size()) {
+    : StageNewton(system, options), unit_(size()) {
   if (size() > kMostNumbers)
     throw Error(
         ErrorKind::kScene,
@@ -39,12 +40,8 @@ DenseSolver::~DenseSolver() = default;
 
 void DenseSolver::linearise(double t, double tau, const double* y) {
   jacobian().at(t, y);
-  for (std::size_t j = 0; j < size(); ++j) {
-    unit_[j] = 1;
-    jacobian().apply(unit_.data(), column_.data());
-    unit_[j] = 0;
-    matrices_->a.col(static_cast<Eigen::Index>(j)) = -tau * vector(column_, size());
-  }
+  jacobian_columns(jacobian(), unit_.span(), {matrices_->a.data(), size() * size()});
+  matrices_->a *= -tau;
   matrices_->a.diagonal().array() += 1;
   matrices_->lu.compute(matrices_->a);
   ++effort_.factorisations;

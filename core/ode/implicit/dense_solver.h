@@ -19,7 +19,7 @@ class DenseSolver final : public StageNewton {
   void linearise(double t, double tau, const double* y) override;
   bool divide(Array& x) override;
 
-  Array unit_, column_;
+  Array unit_;
   struct Matrices;
   std::unique_ptr<Matrices> matrices_;
 };

@@ -168,8 +168,7 @@ class Differences final : public JacobianEntries {
 
 class AllEntries final : public JacobianEntries {
  public:
-  explicit AllEntries(OdeSystem& system)
-      : jacobian_(difference_jacobian(system)), unit_(system.size()), column_(system.size()) {
+  explicit AllEntries(OdeSystem& system) : jacobian_(system.jacobian()), unit_(system.size()) {
     std::vector<std::pair<int, int>> entries;
     const int size = static_cast<int>(system.size());
     for (int column = 0; column < size; ++column)
@@ -182,19 +181,14 @@ class AllEntries final : public JacobianEntries {
 
   void at(double t, const double* x, std::span<double> values) override {
     jacobian_->at(t, x);
-    for (std::size_t i = 0; i < unit_.size(); ++i) {
-      unit_[i] = 1;
-      jacobian_->apply(unit_.data(), column_.data());
-      unit_[i] = 0;
-      std::ranges::copy(column_.span(), values.subspan(i * unit_.size()).begin());
-    }
+    jacobian_columns(*jacobian_, unit_.span(), values);
   }
 
   std::int64_t evaluations() const override { return evaluations_of(*jacobian_); }
 
  private:
   std::unique_ptr<Jacobian> jacobian_;
-  Array unit_, column_;
+  Array unit_;
   Sparsity sparsity_;
 };
 
@@ -219,6 +213,14 @@ int color_columns(const Sparsity& sparsity, std::span<int> colors) {
       columns[slot(sparsity.row(k))].push_back(column);
   }
   return count;
+}
+
+void jacobian_columns(Jacobian& jacobian, std::span<double> unit, std::span<double> values) {
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    unit[i] = 1;
+    jacobian.apply(unit.data(), values.data() + i * unit.size());
+    unit[i] = 0;
+  }
 }
 
 std::unique_ptr<JacobianEntries> all_entries(OdeSystem& system) {

@@ -9,6 +9,7 @@
 
 namespace sim {
 
+class Jacobian;
 class OdeSystem;
 
 class JacobianEntries {
@@ -33,7 +34,10 @@ class JacobianEntries {
 // (Curtis, Powell & Reid (1974), J. Inst. Maths Applics 13, 117-119).
 std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x);
 
-// All entries of a small system, by central differences: two evaluations a column.
+// values := J at its point, column by column; unit and values: n and n^2 numbers, unit all 0.
+void jacobian_columns(Jacobian& jacobian, std::span<double> unit, std::span<double> values);
+
+// All entries of a small system, column by column from its Jacobian.
 std::unique_ptr<JacobianEntries> all_entries(OdeSystem& system);
 
 // Colours the columns so that two of one colour share no row; returns the number of colours.
