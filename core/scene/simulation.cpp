@@ -116,7 +116,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   for (const RigidSpec& body : spec.bodies) bodies.emplace_back(body.shape, body.mass, body.first);
   x = Array(Layout(n).size());
   place_particles();
-  std::vector<std::unique_ptr<Constraint>> constraints = made_constraints(spec, registry);
+  std::vector<SceneConstraint> constraints = make_constraints(spec, registry);
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
   std::vector<Force*> parts;
@@ -147,7 +147,8 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
     names.push_back("load");
   }
   const auto may_break = [](const auto& part) { return part->breakable() != nullptr; };
-  if (std::ranges::any_of(forces, may_break) || std::ranges::any_of(constraints, may_break))
+  if (std::ranges::any_of(forces, may_break) ||
+      std::ranges::any_of(constraints, may_break, &SceneConstraint::constraint))
     for (const auto& force : forces) force->expect_tears();
   pool = std::make_unique<ThreadPool>(useful_threads(threads, n));
   if (threads.as_pay && pool->most() > 1) thread_count_tuner.emplace(*pool);
@@ -180,7 +181,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   }
   particles->set_accuracy(spec.accuracy);
   compile_corrections();
-  compile_constraints(spec, registry, std::move(constraints));
+  compile_constraints(spec, std::move(constraints));
   for (std::size_t k = 0; k < parts.size(); ++k) breaking.add(*parts[k], force_switches[k]);
   const ConstraintSystem* const system_of_constraints = particles->constraint_system();
   breaking.begin(system_of_constraints ? &system_of_constraints->constraints() : nullptr);

@@ -32,8 +32,7 @@ struct Simulation::Impl {
   std::shared_ptr<const Settings> settings;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<ThreadPool> pool;
-  std::optional<ThreadCountTuner>
-      thread_count_tuner;  // if the run may choose its number of threads
+  std::optional<ThreadCountTuner> thread_count_tuner;  // if the run may choose its threads
   std::unique_ptr<OdeSystem> system;
   ParticleSystem* particles = nullptr;       // the system, in a second-order scene
   std::vector<SourceLocation> force_places;  // of its forces, in their order
@@ -54,10 +53,15 @@ struct Simulation::Impl {
 
   void compile_field(const SystemSpec& spec, Registry& registry);
   void compile_particles(const SystemSpec& spec, Registry& registry, Threads threads);
-  std::vector<std::unique_ptr<Constraint>> made_constraints(const SystemSpec& spec,
-                                                            Registry& registry) const;
-  void compile_constraints(const SystemSpec& spec, Registry& registry,
-                           std::vector<std::unique_ptr<Constraint>> constraints);
+  struct SceneConstraint {
+    std::unique_ptr<Constraint> constraint;
+    SourceLocation place;
+    std::string name;      // of its plugin
+    std::vector<int> ids;  // of the elements that it joins
+    double feedback;       // 1/s
+  };
+  std::vector<SceneConstraint> make_constraints(const SystemSpec& spec, Registry& registry) const;
+  void compile_constraints(const SystemSpec& spec, std::vector<SceneConstraint> constraints);
   void compile_corrections();  // of forces
   std::unique_ptr<StepCorrection> contact(const ContactSpec& spec, const ContactTask& task,
                                           Registry& registry);

@@ -20,9 +20,9 @@ void Simulation::Impl::compile_corrections() {
       corrections.push_back(std::move(correction));
 }
 
-std::vector<std::unique_ptr<Constraint>> Simulation::Impl::made_constraints(
+std::vector<Simulation::Impl::SceneConstraint> Simulation::Impl::make_constraints(
     const SystemSpec& spec, Registry& registry) const {
-  std::vector<std::unique_ptr<Constraint>> all;
+  std::vector<SceneConstraint> all;
   for (const PartSpec& part : spec.constraints) {
     const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place);
@@ -33,36 +33,36 @@ std::vector<std::unique_ptr<Constraint>> Simulation::Impl::made_constraints(
                                       plugin.elements.arity == 1 ? "give particles = { ids }"
                                                                  : "give ties = { {a, b}, ... }"});
     at_source(part.place, [&] {
-      all.push_back(made(plugin.make(params, joined.elements), plugin));
+      std::unique_ptr<Constraint> constraint = made(plugin.make(params, joined.elements), plugin);
       if (!joined.nodes.empty())
-        all.back() = constraint_on_nodes(std::move(all.back()), joined.nodes);
+        constraint = constraint_on_nodes(std::move(constraint), joined.nodes);
+      all.push_back({std::move(constraint),
+                     part.place,
+                     plugin.name,
+                     {joined.elements.ids.begin(), joined.elements.ids.end()},
+                     params.has("feedback") ? params.number("feedback") : 0.0});
     });
   }
   return all;
 }
 
-void Simulation::Impl::compile_constraints(const SystemSpec& spec, Registry& registry,
-                                           std::vector<std::unique_ptr<Constraint>> constraints) {
+void Simulation::Impl::compile_constraints(const SystemSpec& spec,
+                                           std::vector<SceneConstraint> constraints) {
   if (!bodies.empty())
     particles->add_constraint_system().add(std::make_unique<RigidRows>(bodies), "rigid",
                                            spec.bodies.front().place, 0, x.data());
-  for (std::size_t k = 0; k < constraints.size(); ++k) {
-    const PartSpec& part = spec.constraints[k];
-    const auto& plugin = registry.get<Constraint>(part.plugin, part.place);
-    const Params params(plugin.title(), plugin.params, part.given, part.place);
-    const BodyAttachments joined(part.elements, spec, bodies, initial.count());
+  for (SceneConstraint& each : constraints) {
     for (const auto& correction : corrections)
-      for (const int id : joined.elements.ids)
+      for (const int id : each.ids)
         if (id < initial.count() && correction->breaks_constraints(id))
           throw Error(ErrorKind::kScene,
-                      {"constraint", part.place,
+                      {"constraint", each.place,
                        "particle " + std::to_string(id) + " is of " + correction->title() +
                            ", which would break it",
                        "leave it out of one of them, or " + correction->remedy()});
-    at_source(part.place, [&] {
-      particles->add_constraint_system().add(
-          std::move(constraints[k]), plugin.name, part.place,
-          params.has("feedback") ? params.number("feedback") : 0.0, x.data());
+    at_source(each.place, [&] {
+      particles->add_constraint_system().add(std::move(each.constraint), each.name, each.place,
+                                             each.feedback, x.data());
     });
   }
   if (!particles->constraint_system()) return;
