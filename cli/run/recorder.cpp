@@ -25,7 +25,7 @@ struct Recorder::Channel {
     std::int64_t next = 0;    // the moment it waits for
     std::int64_t taken = -1;  // step of the last frame
     std::deque<Frame> waiting;
-    std::vector<std::vector<Vec3>> ways;  // since the last frame
+    std::vector<std::vector<Vec3>> paths;  // since the last frame
     Frame newest;
     bool finished = false;
   };
@@ -40,17 +40,17 @@ struct Recorder::Channel {
 
   void take(std::size_t i, const Simulation& simulation, Frame frame, bool last) {
     System& system = systems[i];
-    frame.ways = std::exchange(system.ways, {});
+    frame.paths = std::exchange(system.paths, {});
     // A frame may be that of several moments, where these are closer than steps.
     for (; step_of(system.next, simulation) <= frame.step; ++system.next) {
       system.waiting.push_back(frame);
       system.taken = frame.step;
-      frame.ways.clear();
+      frame.paths.clear();
     }
     if (last && system.taken != frame.step) system.waiting.push_back(frame);
     system.taken = frame.step;
     system.newest = std::move(frame);
-    system.newest.ways.clear();
+    system.newest.paths.clear();
     system.finished = last;
     pass();
   }
@@ -168,18 +168,18 @@ bool Recorder::any() const {
 }
 
 void Recorder::follow(std::size_t system, Track& track) {
-  constexpr std::int64_t kMostPoints = 50'000;  // of a way in a run
+  constexpr std::int64_t kMostPoints = 50'000;  // of a path in a run
   Follower& follower = followers_[system];
   const std::int64_t step = track.system().step_count();
   if (!follower.recorder.any() || follower.taken == step) return;
   if (follower.taken < 0) follower.stride = 1 + (track.steps() - step) / kMostPoints;
   follower.taken = step;
-  const auto& ways = follower.recorder.follow(track.system());
+  const auto& paths = follower.recorder.follow(track.system());
   for (const auto& channel : channels_) {
-    auto& own = channel->systems[system].ways;
-    own.resize(ways.size());
-    for (std::size_t k = 0; k < ways.size(); ++k)
-      for (const auto& [x, goes_on] : ways[k])
+    auto& own = channel->systems[system].paths;
+    own.resize(paths.size());
+    for (std::size_t k = 0; k < paths.size(); ++k)
+      for (const auto& [x, goes_on] : paths[k])
         if (goes_on && own[k].size() > 1)
           own[k].back() = x;
         else

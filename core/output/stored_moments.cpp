@@ -16,7 +16,7 @@ Frame head_of(const Frame& frame) {
   head.work = frame.work, head.drift = frame.drift;
   head.note = frame.note;
   head.torn = frame.torn;
-  head.ways = frame.ways;
+  head.paths = frame.paths;
   return head;
 }
 

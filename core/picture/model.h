@@ -73,9 +73,9 @@ struct Frame {
   double kinetic = std::nan(""), potential = std::nan(""), work = std::nan(""),
          drift = std::nan("");
   std::vector<double> values;  // one a particle, that somebody else measured: errors, a mode
-  // The ways of those that leave trails, in the order of trails_of(), from the moment before to
-  // this one; empty where nobody has followed them.
-  std::vector<std::vector<Vec3>> ways = {};
+  // The paths of the points that leave trails, in the order of trails_of(), from the moment before
+  // to this one, m; empty if nobody has followed them.
+  std::vector<std::vector<Vec3>> paths = {};
   std::string note;                           // words on its picture, below the caption
   std::vector<std::array<int, 2>> torn = {};  // pairs that ties joined until they broke: ids, the
                                               // lower first, ascending

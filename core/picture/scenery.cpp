@@ -268,38 +268,38 @@ void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
           {place(m, frame.at(a)), place(m, frame.at(b)), 3, colour(kBar), false});
 }
 
-// Ways that nobody followed between the moments go straight from one to the next.
+// Paths that nobody followed between the moments go straight from one to the next.
 void Scenery::follow(std::size_t m) {
   const std::vector<Trail> chosen = trails_of(models_[m], look_);
-  std::vector<Way>& ways = trails_.emplace_back();
+  std::vector<Path>& paths = trails_.emplace_back();
   const int own = own_trail(models_[m], look_);
-  if (own >= 0) ways.push_back({0x5E98D6, 0xB4C6DC, {}, {}});
-  for (const Trail& trail : chosen) ways.push_back({trail.colour, 0xD9DCE0, {}, {}});
-  if (ways.empty()) return;
+  if (own >= 0) paths.push_back({0x5E98D6, 0xB4C6DC, {}, {}});
+  for (const Trail& trail : chosen) paths.push_back({trail.colour, 0xD9DCE0, {}, {}});
+  if (paths.empty()) return;
   Moment room;
   for (std::size_t at = 0; at < moments_.size(); ++at) {
     const Frame& frame = moments_.at(at, room)[m];
-    for (std::size_t k = 0; k < ways.size(); ++k) {
-      std::vector<Vec3>& points = ways[k].points;
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      std::vector<Vec3>& points = paths[k].points;
       if (own >= 0)
         points.push_back(frame.at(own));
-      else if (k < frame.ways.size() && !frame.ways[k].empty())
-        points.insert(points.end(), frame.ways[k].begin(), frame.ways[k].end());
+      else if (k < frame.paths.size() && !frame.paths[k].empty())
+        points.insert(points.end(), frame.paths[k].begin(), frame.paths[k].end());
       else if (const Vec3 x = frame.at(chosen[k].point); points.empty() || points.back() != x)
         points.push_back(x);
-      ways[k].ends.push_back(points.size());
+      paths[k].ends.push_back(points.size());
     }
   }
 }
 
 void Scenery::trails(Picture& picture, std::size_t m, std::size_t at) const {
-  for (const Way& way : trails_[m]) {
-    const std::size_t end = at < way.ends.size() ? way.ends[at] : way.points.size();
+  for (const Path& path : trails_[m]) {
+    const std::size_t end = at < path.ends.size() ? path.ends[at] : path.points.size();
     for (std::size_t k = 1; k < end; ++k) {
       const float age = static_cast<float>(end - 1 - k) / static_cast<float>(end);
-      picture.lines.push_back({place(m, way.points[k - 1]), place(m, way.points[k]),
+      picture.lines.push_back({place(m, path.points[k - 1]), place(m, path.points[k]),
                                2.2F - 1.4F * age,
-                               raster::mix(colour(way.fresh), colour(way.faded), age), false});
+                               raster::mix(colour(path.fresh), colour(path.faded), age), false});
     }
   }
 }

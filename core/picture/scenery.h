@@ -49,12 +49,12 @@ class Scenery {
   Look look_;
   std::vector<bool> turned_;                            // systems whose surface would show its back
   std::vector<std::vector<std::array<int, 2>>> wires_;  // of each system, if they are drawn
-  struct Way {
+  struct Path {
     unsigned fresh, faded;          // colours of its end and of its beginning
     std::vector<Vec3> points;       // m
     std::vector<std::size_t> ends;  // how many there are up to each moment
   };
-  std::vector<std::vector<Way>> trails_;  // of each system
+  std::vector<std::vector<Path>> trails_;  // of each system
   Viewpoint viewpoint_;
   ColourScale scale_;
   std::vector<std::string> caption_;

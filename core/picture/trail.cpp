@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kPerBody = 4;            // particles
 constexpr std::size_t kFewEnough = 8;  // free particles of a system whose last one leaves a trail
-constexpr double kBend = 0.07;         // rad, of a way from point to point
+constexpr double kBend = 0.07;         // rad, of a path from point to point
 
 bool has(const Model& model, const Look::Trail& wish) {
   return wish.id <
@@ -89,7 +89,7 @@ TrailRecorder::State TrailRecorder::look_at(const Simulation& system,
   return now;
 }
 
-// A way goes straight on while it has the direction in which it left the last point that stays.
+// A path goes straight on while it keeps the direction in which it left the last point that stays.
 const std::vector<std::vector<TrailRecorder::Point>>& TrailRecorder::follow(
     const Simulation& system) {
   constexpr int kMostParts = 32;
@@ -111,21 +111,21 @@ const std::vector<std::vector<TrailRecorder::Point>>& TrailRecorder::follow(
     if (second_order_ && h > 0)
       parts =
           std::clamp(static_cast<int>(std::ceil(angle(before.v, now.v) / kBend)), 1, kMostParts);
-    Vec3 last = before.x, way = before.way;
+    Vec3 last = before.x, direction = before.direction;
     for (int part = 1; part <= parts; ++part) {
       const Vec3 next = part == parts ? now.x
                                       : between(before.x, before.v, now.x, now.v, h,
                                                 static_cast<double>(part) / parts);
       const Vec3 step = next - last;
       if (step.squaredNorm() > 0) {
-        const bool goes_on = way.squaredNorm() > 0 && angle(way, step) < kBend;
+        const bool goes_on = direction.squaredNorm() > 0 && angle(direction, step) < kBend;
         points_[k].push_back({next, goes_on});
-        if (!goes_on) way = step;
+        if (!goes_on) direction = step;
       }
       last = next;
     }
     before = now;
-    before.way = way;
+    before.direction = direction;
   }
   return points_;
 }

@@ -27,14 +27,14 @@ void check_trails(std::span<const Model> models, const Look& look);
 // or -1.
 int own_trail(const Model& model, const Look& look);
 
-// Follows what leaves trails from step to step. Between two of these a way is the cubic through
-// their positions and velocities; it is given as points that are as dense as it bends.
+// Follows the points that leave trails from step to step. Between two steps a path is the cubic
+// Hermite interpolant of positions and velocities, sampled more densely where it bends.
 class TrailRecorder {
  public:
   TrailRecorder(const Model& model, const Look& look);
 
   bool any() const { return !trails_.empty(); }
-  // The points of each way from the last call to the present state, until the next one.
+  // The points of each path from the last call to the present state, until the next one.
   struct Point {
     Vec3 x;        // m
     bool goes_on;  // straight on from the point before, which may be left out
@@ -43,7 +43,7 @@ class TrailRecorder {
 
  private:
   struct State {
-    Vec3 x, v, way{0, 0, 0};  // m, m/s; the direction in which it left the last point
+    Vec3 x, v, direction{0, 0, 0};  // m, m/s; in which the path left the last point
   };
   State look_at(const Simulation& system, const ModelPoint& point) const;
 

@@ -51,18 +51,18 @@ class RecordingReader {
       take(without_spaces(text_.substr(0, end)));
       text_.remove_prefix(end + 1);
     }
-    recording_.whole = !ways_.empty();
-    for (auto& [name, way] : ways_) {
-      discard(way, way.now);
-      recording_.whole = recording_.whole && way.system.hash.has_value();
-      way.system.end = way.now;
-      recording_.systems[name] = std::move(way.system);
+    recording_.whole = !cursors_.empty();
+    for (auto& [name, cursor] : cursors_) {
+      discard(cursor, cursor.now);
+      recording_.whole = recording_.whole && cursor.system.hash.has_value();
+      cursor.system.end = cursor.now;
+      recording_.systems[name] = std::move(cursor.system);
     }
     return std::move(recording_);
   }
 
  private:
-  struct Way {
+  struct Cursor {
     RecordedSystem system;
     std::int64_t now = 0;
   };
@@ -73,8 +73,8 @@ class RecordingReader {
                 {what, *file_ + ":" + std::to_string(recording_.lines), why, remedy});
   }
 
-  static void discard(Way& way, std::int64_t after) {
-    auto& actions = way.system.actions;
+  static void discard(Cursor& cursor, std::int64_t after) {
+    auto& actions = cursor.system.actions;
     while (!actions.empty() && actions.back().step > after) actions.pop_back();
   }
 
@@ -86,7 +86,7 @@ class RecordingReader {
       wrong("bad line",
             "'" + std::string(utf8_head(word, 40)) + "' is neither +STEPS nor a word of the header",
             "write +STEPS ACTION");
-    if (!ways_.empty())
+    if (!cursors_.empty())
       wrong("bad line", "'" + word + "' belongs above the first +STEPS", "put it there");
     if (line.empty()) wrong("bad line", "'" + word + "' has no value", "give one, or remove it");
     recording_.header.emplace_back(word, line);
@@ -104,39 +104,39 @@ class RecordingReader {
       name = line.substr(0, colon);
       line = without_spaces(line.substr(colon + 1));
     }
-    Way& way = ways_[name];
-    if (way.system.hash)
+    Cursor& cursor = cursors_[name];
+    if (cursor.system.hash)
       wrong("bad line", "the recording has ended before it", "remove what comes after the end");
-    if (*steps > kMostSteps - way.now) wrong("bad line", "too many steps", "write fewer");
-    way.now += *steps;
+    if (*steps > kMostSteps - cursor.now) wrong("bad line", "too many steps", "write fewer");
+    cursor.now += *steps;
     std::string_view rest = line;
     const std::string_view word = take_word(rest);
-    if (word == "end") return take_end(way, rest);
-    if (word == "back") return take_back(way, rest);
-    if (word == "undo") return take_undo(way, rest);
-    take_action(way, line);
+    if (word == "end") return take_end(cursor, rest);
+    if (word == "back") return take_back(cursor, rest);
+    if (word == "undo") return take_undo(cursor, rest);
+    take_action(cursor, line);
   }
 
-  void take_end(Way& way, std::string_view rest) const {
-    way.system.hash = whole_number<std::uint64_t>(rest, 16);
-    if (!way.system.hash || rest.size() != 16)
+  void take_end(Cursor& cursor, std::string_view rest) const {
+    cursor.system.hash = whole_number<std::uint64_t>(rest, 16);
+    if (!cursor.system.hash || rest.size() != 16)
       wrong("bad line", "the end has no hash of 16 digits", "remove the line to replay without it");
   }
 
   // Later actions are kept until another action is made here.
-  void take_back(Way& way, std::string_view rest) const {
+  void take_back(Cursor& cursor, std::string_view rest) const {
     const auto steps = whole_number<std::int64_t>(rest);
-    if (!steps || *steps < 0 || *steps > way.now)
+    if (!steps || *steps < 0 || *steps > cursor.now)
       wrong("bad line",
             "it goes back '" + std::string(utf8_head(rest, 40)) + "' steps of " +
-                std::to_string(way.now),
+                std::to_string(cursor.now),
             "write +STEPS back N");
-    way.now -= *steps;
+    cursor.now -= *steps;
   }
 
-  void take_undo(Way& way, std::string_view rest) const {
-    auto& actions = way.system.actions;
-    discard(way, way.now);
+  void take_undo(Cursor& cursor, std::string_view rest) const {
+    auto& actions = cursor.system.actions;
+    discard(cursor, cursor.now);
     const auto count = whole_number<std::uint64_t>(rest);
     if (!count || *count == 0 || *count > actions.size())
       wrong("bad line",
@@ -144,11 +144,11 @@ class RecordingReader {
                 std::to_string(actions.size()),
             "write +STEPS undo N");
     actions.resize(actions.size() - *count + 1);
-    way.now = actions.back().step;
+    cursor.now = actions.back().step;
     actions.pop_back();
   }
 
-  void take_action(Way& way, std::string_view line) const {
+  void take_action(Cursor& cursor, std::string_view line) const {
     Action action;
     try {
       action = parse_action(line);
@@ -156,23 +156,23 @@ class RecordingReader {
       ErrorText text = error.text();
       wrong("bad line", text.what + " " + text.where + ": " + text.why, text.remedy);
     }
-    auto& actions = way.system.actions;
+    auto& actions = cursor.system.actions;
     if (action.what == Action::What::kReset) {
       // The present settings hold from the start on.
-      discard(way, way.now);
+      discard(cursor, cursor.now);
       std::erase_if(actions,
                     [](const RecordedAction& each) { return !each.action.changes_settings(); });
       for (RecordedAction& each : actions) each.step = 0;
-      way.now = 0;
+      cursor.now = 0;
     }
-    discard(way, way.now);
-    actions.push_back({way.now, std::move(action), recording_.lines});
+    discard(cursor, cursor.now);
+    actions.push_back({cursor.now, std::move(action), recording_.lines});
   }
 
   std::string_view text_;
   const std::string* file_;
   Recording recording_;
-  std::map<std::string, Way> ways_;
+  std::map<std::string, Cursor> cursors_;
 };
 
 }  // namespace

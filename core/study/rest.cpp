@@ -97,7 +97,7 @@ void explain(Rest& rest, bool moves_away, int refused, bool idle) {
 double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iterations <= 8 ? 4 : 2; }
 
 // With kinetic damping, see the header.
-Rest settle(Simulation& simulation, const std::function<bool()>& stop) {
+Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr std::int64_t kSteps = 30'000, kMore = 500;  // after forces are good
   constexpr double kPatience = 30;                      // s; who waits longer runs the scene
   constexpr int kIdle = 100;                            // peaks without a clearly smaller force
@@ -193,7 +193,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
                                     "a first-order scene has no forces that could balance",
                                     "run it for long instead"});
-  if (rests_on_contact(simulation)) return settle(simulation, stop);
+  if (rests_on_contact(simulation)) return by_kinetic_damping(simulation, stop);
   OdeSystem& system = simulation.ode();
   const std::size_t size = system.size();
   const auto solver = system.stage_solver({.tolerance = 1e-12, .long_steps = true});

@@ -91,8 +91,8 @@ TEST_CASE("pictures draw each trail in its own colour", "[trail]") {
   for (int k = 0; k < 2; ++k) {
     Frame frame = take_frame(run.system);
     for (const auto& way : recorder.follow(run.system)) {
-      frame.ways.emplace_back();
-      for (const auto& point : way) frame.ways.back().push_back(point.x);
+      frame.paths.emplace_back();
+      for (const auto& point : way) frame.paths.back().push_back(point.x);
     }
     moments.push_back({frame});
     REQUIRE(run.system.step());
@@ -103,6 +103,6 @@ TEST_CASE("pictures draw each trail in its own colour", "[trail]") {
   const std::size_t none = lines(look_at({"none"}));
   CHECK(lines(look) >= none + 2 * 5);
   // Nobody followed them: from moment to moment.
-  for (Moment& moment : moments) moment[0].ways.clear();
+  for (Moment& moment : moments) moment[0].paths.clear();
   CHECK(lines(look) == none + 2);
 }

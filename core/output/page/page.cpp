@@ -242,8 +242,8 @@ std::string Page::trails_json(std::size_t m) const {
     std::vector<double> points, ends, ids;
     for (std::size_t at = 0; at < moments_.size(); ++at) {
       const Frame& frame = moments_.head(at, m);
-      if (k < frame.ways.size())
-        for (const Vec3& x : frame.ways[k]) {
+      if (k < frame.paths.size())
+        for (const Vec3& x : frame.paths[k]) {
           const V3 p = own_axes(view_.point(x + view_.offsets[m]));
           points.insert(points.end(), {p.x, p.y, p.z});
         }
