@@ -96,7 +96,9 @@ EMSCRIPTEN_KEEPALIVE const char* sim_study(Page* page, const char* name, const c
   Console console{out, out};
   const auto study = [&](auto request, auto verb) {
     request.scene = request_of(file, header);
-    request.svg = svg;
+    // A plot is of one system.
+    if (load(request.scene, page->environment, page->registry).systems.size() == 1)
+      request.svg = svg;
     verb(request, page->environment, page->registry, console);
   };
   try {
