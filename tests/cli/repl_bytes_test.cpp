@@ -59,9 +59,9 @@ int end_after_bytes(unsigned seed, const std::string& folder) {
   }
   kill(child, SIGTERM);
   int status = 0;
-  for (int i = 0; i < 100 && waitpid(child, &status, WNOHANG) == 0; ++i) {
+  for (int i = 0; i < 600 && waitpid(child, &status, WNOHANG) == 0; ++i) {
     drain(100);
-    if (i == 80) kill(child, SIGKILL);
+    if (i == 580) kill(child, SIGKILL);
   }
   close(terminal);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
