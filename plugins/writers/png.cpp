@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kMostTrails = 80;  // particles of a scene whose last picture may show a trail
 
-// "%d" or "%04d" in a file's name.
+// "%d" or "%04d" in the name of a file, not of its folder.
 class Numbering {
  public:
-  explicit Numbering(const std::string& file) : at_(file.find('%')) {
+  explicit Numbering(const std::string& file) : at_(file.find('%', file.find_last_of('/') + 1)) {
     if (single()) return;
     std::size_t end = at_ + 1;
     for (; end < file.size() && file[end] >= '0' && file[end] <= '9' && width_ < 20; ++end)
@@ -75,11 +75,10 @@ class Png final : public sim::Writer {
       single_->commit();
       return;
     }
-    const std::string name = std::filesystem::path(task_.file).filename().string();
     std::size_t count = 0;
     for (; count < moments.size() && !(task_.stop && task_.stop()); ++count) {
-      sim::Output file(series_->temporary() / numbering_.name(name, count),
-                       numbering_.name(task_.file, count));
+      const std::string name = numbering_.name(task_.file, count);
+      sim::Output file(series_->temporary() / std::filesystem::path(name).filename(), name);
       file.buffer() = sim::png(gallery.draw(count));
       file.commit();
     }

@@ -64,6 +64,13 @@ TEST_CASE("pictures of a run are those of its moments", "[output]") {
   CHECK(last.height == 90);
   CHECK(last.rgb == read_png(folder.text("n-04.png")).rgb);
   CHECK(last.rgb != read_png(folder.text("n-00.png")).rgb);
+  // The number belongs to the name, whatever the folder is called.
+  for (const std::string sub : {"a folder", "50%"}) {
+    std::filesystem::create_directory(folder.at(sub));
+    folder.run(run_of({sub + "/n-%02d.png", folder.at(sub + "/whole-%d.png").string()}));
+    for (const char* name : {"/n-04.png", "/whole-4.png"})
+      CHECK(read_png(folder.text(sub + name)).rgb == last.rgb);
+  }
 }
 
 TEST_CASE("films have the pictures of the run in their order", "[output]") {

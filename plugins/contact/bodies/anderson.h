@@ -23,6 +23,9 @@ class Anderson {
   // x and g(x), which becomes the next x. Both are overwritten.
   void mix(std::span<double> x, std::span<double> g);
 
+  // The image of the x with the smallest residual so far, after the first mix().
+  std::span<const double> best() const { return part(2); }
+
  private:
   std::span<double> part(std::size_t k) const { return memory_.subspan(k * n_, n_); }
   std::span<double> change_of_residual(std::size_t k) const { return part(2 * k + 3); }

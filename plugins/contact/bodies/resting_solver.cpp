@@ -175,27 +175,36 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
       for (std::size_t k = 0; k < 3; ++k)
         to[3 * r + k] = rows_[island.begin + r].scale[k] * rows_[island.begin + r].impulse[k];
   };
-  const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
-  double least = HUGE_VAL;
-  for (int turn = 1, last = most;; ++turn) {
-    read(x);
-    const Sweep swept = sweep(bodies, island);
-    if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
-    if (turn >= last || gives_up()) return swept.residual;
-    if (swept.residual < 0.5 * least) {
-      least = swept.residual;
-      last = std::min(most, turn + kPatience);
-    }
-    read(g);
-    mixing.mix(x, g);
+  const auto put = [&](std::span<const double> from) {
     for (std::size_t r = 0; r < rows; ++r) {
       Row& row = rows_[island.begin + r];
       Vec3 impulse;
-      for (std::size_t k = 0; k < 3; ++k) impulse[k] = g[3 * r + k] / row.scale[k];
+      for (std::size_t k = 0; k < 3; ++k) impulse[k] = from[3 * r + k] / row.scale[k];
       apply(bodies, row, impulse - row.impulse);
       row.impulse = impulse;
     }
     if (joints_) joints_->project(bodies, false);
+  };
+  const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
+  double least = HUGE_VAL, better = HUGE_VAL;
+  for (int turn = 1, last = most;; ++turn) {
+    read(x);
+    const Sweep swept = sweep(bodies, island);
+    if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
+    const bool best = swept.residual <= least;
+    least = std::min(least, swept.residual);
+    if (turn >= last || gives_up()) {
+      // Mixing may have led far away from the best state.
+      if (!best) put(mixing.best());
+      return least;
+    }
+    if (least < 0.5 * better) {
+      better = least;
+      last = std::min(most, turn + kPatience);
+    }
+    read(g);
+    mixing.mix(x, g);
+    put(g);
   }
 }
 
