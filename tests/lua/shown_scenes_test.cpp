@@ -231,3 +231,29 @@ TEST_CASE("bridge.lua bears what a rope bears, and no more", "[scenes][shown]") 
   broken.run_to(5);
   CHECK_FALSE(broken.system.torn().empty());
 }
+
+TEST_CASE("ragdoll.lua keeps limbs together and does not bend knees forward", "[scenes][shown]") {
+  SceneRun run("ragdoll", {{"n", "2"}});
+  const auto at = [&](int body, const Vec3& x) {
+    const RigidState state = run.system.body_state(body);
+    return state.center + state.axes * x;
+  };
+  double apart = 0, forward = -1;
+  while (run.system.t() < 2) {
+    REQUIRE(run.system.step());
+    for (const int doll : {0, 10}) {
+      apart = std::max(apart, (at(doll, {0, 0.27, 0}) - at(doll + 1, {0, -0.13, 0})).norm());
+      for (const int thigh : {doll + 4, doll + 8}) {
+        apart = std::max(apart, (at(thigh, {0, -0.22, 0}) - at(thigh + 1, {0, 0.22, 0})).norm());
+        // How far the ankle is before the thigh's own axis.
+        const Vec3 shin = at(thigh + 1, {0, -0.22, 0}) - at(thigh + 1, {0, 0.22, 0});
+        const Vec3 ahead = at(thigh, {1, 0, 0}) - at(thigh, {0, 0, 0});
+        forward = std::max(forward, shin.dot(ahead) / 0.44);
+      }
+    }
+  }
+  CHECK(apart < 1e-10);
+  CHECK(forward < 0.5);
+  CHECK(forward > -0.1);  // as they stand
+  CHECK(run.system.body_state(1).center.y() < 0.5);
+}
