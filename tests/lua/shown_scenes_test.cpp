@@ -257,3 +257,16 @@ TEST_CASE("ragdoll.lua keeps limbs together and does not bend knees forward", "[
   CHECK(forward > -0.1);  // as they stand
   CHECK(run.system.body_state(1).center.y() < 0.5);
 }
+
+// Milankovitch (1907), Theorie der Druckkurven, Z. Math. Phys. 55: a semicircular arch of loose
+// stones needs a thickness of 0.1075 of its mean radius, if nothing slides.
+TEST_CASE("arch.lua stands where its thickness allows a line of thrust", "[scenes][shown]") {
+  for (const auto& [thickness, stands] : {std::pair{"0.11", true}, {"0.103", false}}) {
+    INFO("thickness " << thickness);
+    SceneRun run("arch", {{"n", "25"}, {"thickness", thickness}});
+    const double start = run.system.body_state(12).center.y();
+    run.run_to(0.3);
+    const double sunk = start - run.system.body_state(12).center.y();
+    CHECK((stands ? std::fabs(sunk) < 1e-6 : sunk > 1e-3));
+  }
+}
