@@ -130,14 +130,15 @@ TEST_CASE("trampoline.lua swings as a stretched net does", "[scenes][shown]") {
 
 namespace {
 
-// Three or five balls in a row on no strings, of which the first comes with 1 m/s.
-std::string row(int balls, double gap, bool strings = false) {
-  return "local gap, n, r = " + std::to_string(gap * 1e9) + "e-9, " + std::to_string(balls) +
+// Balls in a row, of which the first come with 1 m/s.
+std::string row(int balls, double gap, bool strings, int moving = 1) {
+  return "local gap, n, moving, r = " + std::to_string(gap * 1e9) + "e-9, " +
+         std::to_string(balls) + ", " + std::to_string(moving) +
          ", 0.02\nlocal particles, balls, ties = sim.particles {}, {}, {}\n"
          "for i = 1, n do local x = (i - 1) * (2 * r + gap)\n"
          "  balls[i] = sim.rigid { shape = sim.sphere { radius = r }, mass = 0.25, restitution = "
          "1,\n"
-         "    position = { x, 0, 0 }, velocity = { i == 1 and 1 or 0, 0, 0 } }\n" +
+         "    position = { x, 0, 0 }, velocity = { i <= moving and 1 or 0, 0, 0 } }\n" +
          (strings
               ? "  for _, z in ipairs { -1, 1 } do local hook = particles:add { x, 2, z }\n"
                 "    particles:pin(hook) ties[#ties + 1] = { balls[i]:at {0, 0, 0}, hook } end\n"
@@ -164,6 +165,24 @@ TEST_CASE("a push runs along a row of balls, whatever their gaps and the step", 
             CHECK(run.system.body_state(i).velocity.x() ==
                   Approx(i == balls - 1 ? 1 : 0).margin(strings ? 1e-4 : 1e-9));
           CHECK(run.system.energy().kinetic == Approx(0.5 * 0.25).epsilon(strings ? 1e-5 : 1e-9));
+        }
+}
+
+TEST_CASE("as many balls leave a row as come, whatever their gaps and the step", "[scenes][shown]") {
+  constexpr int kBalls = 5;
+  for (const bool strings : {false, true})
+    for (const int moving : {2, 3, 4})
+      for (const double gap : {0.0, 1e-6, 1e-5, 1e-4, 1e-3})
+        for (const double dt : {1e-4, 2.5e-4, 5e-4, 1e-3, 5e-3}) {
+          CAPTURE(strings, moving, gap, dt);
+          TextRun run(row(kBalls, gap, strings, moving), "verlet", dt);
+          // The last impact is after as many gaps as there are balls between the outermost ones.
+          run.run_to(dt + 1.5 * gap * kBalls);
+          for (int i = 0; i < kBalls; ++i)
+            CHECK(run.system.body_state(i).velocity.x() ==
+                  Approx(i < kBalls - moving ? 0 : 1).margin(strings ? 2e-4 : 1e-9));
+          CHECK(run.system.energy().kinetic ==
+                Approx(0.5 * 0.25 * moving).epsilon(strings ? 1e-4 : 1e-9));
         }
 }
 

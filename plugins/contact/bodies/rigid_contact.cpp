@@ -39,7 +39,15 @@ double RigidContact::solve(double h) {
     scale = std::max(scale, std::fabs(m.before) + std::fabs(m.given) +
                                 ContactSolver::velocity(solver_bodies_, m).norm());
   }
-  if (bounces) contact_solver_.solve_restitution(solver_bodies_, contacts_, h, particles_->pool());
+  if (bounces) {
+    contact_solver_.solve_restitution(solver_bodies_, contacts_, h, particles_->pool());
+    // Bodies that bounced, or that others struck away, may approach again across a gap that the
+    // step leaves open: their next impact belongs to a later step, and nothing rests there.
+    for (ContactPoint& m : contacts_)
+      if (m.active && m.gap + ContactSolver::moved(solver_bodies_, m) > m.tiny &&
+          m.normal.dot(ContactSolver::velocity(solver_bodies_, m)) < 0)
+        m.active = false;
+  }
   contact_solver_.start(solver_bodies_, contacts_);
   double change = 0;
   for (int round = 0; round < kMostPasses; ++round) {
