@@ -23,6 +23,7 @@ std::string rest_json(const Simulation& system, const study::Rest& rest) {
       .number("potential", rest.potential)
       .integer("steps", rest.effort.steps)
       .integer("newton", rest.effort.newton)
+      .integer("broke", rest.broke)
       .str();
 }
 
@@ -31,7 +32,9 @@ std::string rest_text(const study::Rest& rest) {
          brief(rest.in_play, 3) + " N in play; potential energy " + brief(rest.potential, 10) +
          " J; " + std::to_string(rest.effort.steps) + " steps" +
          (rest.effort.newton > 0 ? ", " + std::to_string(rest.effort.newton) + " of Newton's method"
-                                 : std::string());
+                                 : std::string()) +
+         (rest.broke > 0 ? "; " + std::to_string(rest.broke) + " springs or rods broke on the way"
+                         : std::string());
 }
 
 }  // namespace sim::report

@@ -58,12 +58,37 @@ double largest_move(const StateShape& shape, const double* x, const double* star
   return most;
 }
 
-// Scenes in which something may touch, and no collider moves.
+// Throws for scenes that have no rest, or whose rest is not looked for.
+void check(const Simulation& simulation) {
+  const auto refuse = [&](const std::string& why, const std::string& remedy) {
+    throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(), why, remedy});
+  };
+  if (!simulation.second_order())
+    refuse("a first-order scene has no forces that could balance", "run it for long instead");
+  const Contacts& contacts = dynamic_cast<const Particles&>(simulation.ode()).contacts();
+  if (std::ranges::any_of(contacts.all(), [](const Collider* each) { return each->moves(); }))
+    refuse("a collider moves, and what touches it moves with it",
+           "give it no motion, or leave it out with --without");
+}
+
 bool rests_on_contact(const Simulation& simulation) {
   const Contacts& contacts = dynamic_cast<const Particles&>(simulation.ode()).contacts();
-  const auto moves = [&](const Collider* collider) { return collider->moves(); };
-  if (std::ranges::any_of(contacts.all(), moves)) return false;
   return !contacts.empty() || !simulation.corrections().empty();
+}
+
+int broken(const Simulation& simulation) {
+  return static_cast<int>(simulation.settings().broken.size());
+}
+
+// True if a state at rest loads ties beyond what they bear, so that they break in a step from it.
+bool overloads(Simulation& simulation) {
+  if (!simulation.breaks()) return false;
+  const Snapshot rest = simulation.snapshot();
+  const int before = broken(simulation);
+  simulation.step();
+  const bool more = broken(simulation) > before;
+  simulation.restore(rest);
+  return more;
 }
 
 // The largest m |v| / h after a step of the length h from rest, N; nan where none can be taken.
@@ -178,6 +203,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   best.step = begin.step, best.n0 = begin.n0, best.t0 = begin.t0;
   halt(best);
   rest.potential = simulation.energy().potential;
+  rest.broke = broken(simulation) - static_cast<int>(begin.settings->broken.size());
   rest.found = rest.found || (rest.why.empty() && !far && rest.force <= good * rest.in_play);
   if (!rest.found && rest.why.empty()) explain(rest, far, 0, idle > kIdle);
   return rest;
@@ -189,18 +215,16 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kSteps = 200, kIdle = 4;
   constexpr double kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
   constexpr double kFar = 1000;  // sizes of the scene, beyond which nothing bound moves
-  if (!simulation.second_order())
-    throw Error(ErrorKind::kUsage, {"no rest to be found", simulation.name(),
-                                    "a first-order scene has no forces that could balance",
-                                    "run it for long instead"});
+  check(simulation);
   if (rests_on_contact(simulation)) return by_kinetic_damping(simulation, stop);
   OdeSystem& system = simulation.ode();
   const std::size_t size = system.size();
   const auto solver = system.stage_solver({.tolerance = 1e-12, .long_steps = true});
-  Snapshot snapshot = simulation.snapshot();
+  const Snapshot begin = simulation.snapshot();
+  Snapshot snapshot = begin;
   Array x(size), next(size), best(size), at(size), slope(size);
   std::ranges::copy(snapshot.x, x.data());
-  const std::vector<double> start = snapshot.x;
+  const std::vector<double>& start = begin.x;
   const double size_at_start = scene_size(simulation);
   const auto halt = [&](Array& state) {
     each_number(simulation.shape(), "velocity", [&](std::size_t i) { state[i] = 0; });
@@ -251,6 +275,10 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   rest.potential = simulation.energy().potential;
   rest.force = measure_forces(simulation, rest.in_play);
   rest.found = rest.why.empty() && rest.force <= kNearly * rest.in_play;
+  if (rest.found && overloads(simulation)) {
+    simulation.restore(begin);
+    return by_kinetic_damping(simulation, stop);
+  }
   if (!rest.found && rest.why.empty())
     explain(rest,
             !(largest_move(simulation.shape(), x.data(), start.data()) <= kFar * size_at_start),

@@ -152,7 +152,8 @@ SIM_PLUGIN(Constraint, "distance") {
                                    {.name = "break_force",
                                     .unit = "N",
                                     .doc = "tension beyond which a rod breaks at the end of "
-                                           "a step; if not given, none does",
+                                           "a step, as --tension tells it, without impacts; if "
+                                           "not given, none does",
                                     .per_tie = true,
                                     .min = 0},
                                    {.name = "break_strain",

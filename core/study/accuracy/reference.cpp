@@ -20,6 +20,7 @@ constexpr double kNumbers = 4e6;  // kept of a path
 constexpr double kGood = 1e-12;   // of the size: nothing better is looked for
 constexpr double kRough = 1e-6;   // of the size, for runs that need not be exact
 constexpr double kSharpest = 1e-13;
+constexpr int kFewest = 60;  // intervals of a path
 
 double affordable(const Simulation& system) {
   return kWork / std::max(64, system.particles() + system.components() / 6);
@@ -56,6 +57,9 @@ class Search {
     size_ = scene_size(system);
     evaluations_ = affordable(system);
     intervals_ = reference_intervals(problem, system);
+    breaks_ = system.breaks();
+    int& own = result_.own_intervals = breaks_ ? intervals_ : 0;
+    while (own > kFewest && own > time / system.h()) own /= 2;
     for (Candidate& method : fitting_methods(problem.with({problem.integrator().name}), {}))
       if (method.info.order > 0 && !method.chooses) methods_.push_back(std::move(method));
     // Explicit methods come first, and those of the highest order; of one order the cheaper.
@@ -77,6 +81,7 @@ class Search {
   bool extrapolate();
   bool trace(Simulation& system, const Array& start, Points& points);
   void ask_neighbours();
+  void ask_shifted_steps();
   double figure_of(const Points& points) const;
   std::vector<double> errors_of(const Points& points) const;
   bool integrate(const Candidate& method, std::int64_t steps, double tolerance,
@@ -95,7 +100,7 @@ class Search {
   const Watch& watch_;
   double size_, evaluations_;
   int intervals_;
-  bool told_ = false;
+  bool breaks_ = false, told_ = false;
   std::vector<Candidate> methods_;
   Reference result_;
   std::string path_, check_;  // the names of both
@@ -274,6 +279,30 @@ void Search::compare_all(std::optional<Family> other) {
   }
 }
 
+// Ties break at the ends of steps. Paths whose steps end at the same moments agree on them, however
+// late that is. The same path with steps that end in between breaks them half a step sooner or
+// later, and they are late by a whole one at most.
+void Search::ask_shifted_steps() {
+  if (!breaks_ || !path_method_ || told_) return;
+  const bool by_tolerance = path_method_->info.adaptive && path_method_->has_tolerance;
+  Problem with = problem_.with(*path_method_);
+  if (by_tolerance)
+    with.options.integrator.given["tol"] = std::max(kSharpest, path_method_->least_tolerance);
+  const std::int64_t steps = by_tolerance ? intervals_ : finest(*path_method_);
+  Simulation system = with.simulation(time_ / static_cast<double>(steps));
+  const auto watched = [&] { return go_on("steps that end in between"); };
+  system.stop_when([&] { return !watched(); });
+  Points points{compared(problem_, system)};
+  bool good = system.step_to(0.5 * system.h());
+  for (int k = 1; k <= intervals_ && good; ++k)
+    good = look_between_steps(system, time_ * k / intervals_, watched,
+                              [&] { points.push_back(compared(problem_, system)); });
+  if (!good) return;
+  const std::vector<double> error = errors_of(points);
+  for (std::size_t k = 0; k < error.size(); ++k)
+    result_.error[k] = std::max(result_.error[k], 2 * error[k]);
+}
+
 // Finds steps, or a tolerance, that are accurate to 1e-6 of the size.
 void Search::make_rough() {
   constexpr double kTolerance = 1e-12;
@@ -335,6 +364,7 @@ Reference Search::find() {
   if (told_) return {};
   result_.how = check_.empty() ? path_ : path_ + " against " + check_;
   result_.error.resize(result_.points.size(), check_.empty() ? 0 : HUGE_VAL);
+  ask_shifted_steps();
   if (problem_.by_figure()) {
     result_.figure = figure_of(result_.points);
     if (!std::isfinite(result_.figure))
@@ -360,7 +390,7 @@ int Reference::seen_of(std::int64_t count) const {
 int reference_intervals(const Problem& problem, Simulation& system) {
   constexpr int kEvaluations = 16, kMostDoublings = 10;  // of an interval, about
   const auto numbers = static_cast<double>(compared(problem, system).size());
-  int intervals = 60;
+  int intervals = kFewest;
   for (int k = 0; k < kMostDoublings; ++k) {
     const double next = 2.0 * intervals;
     if (next * numbers > kNumbers || next * kEvaluations > affordable(system)) break;

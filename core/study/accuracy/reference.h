@@ -20,8 +20,11 @@ struct Reference {
   double figure = std::nan("");  // if the problem asks for one; `error` is then its own
   Candidate method;              // one good to about 1e-6 of the scene's size, with so many steps:
   std::int64_t steps = 0;        // for runs that need not be exact
+  int own_intervals = 0;         // where ties may break: nearly as many as steps of the user's run
 
   int intervals() const { return static_cast<int>(points.size()) - 1; }
+  // The steps' ends of adaptive runs that are compared with it. Ties break there.
+  int adaptive_intervals() const { return own_intervals > 0 ? own_intervals : intervals(); }
   int seen_of(std::int64_t count) const;  // how many of so many equal steps are points
 };
 

@@ -110,7 +110,7 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   TrajectoryPlan plan{yardstick.time, reference.seen_of(steps), steps, tolerance, yardstick.energy};
   // Without dense output each sampled state ends a step.
   const bool dense = !method.info.implicit;
-  if (by_tolerance && dense) plan.steps = plan.intervals = reference.intervals();
+  if (by_tolerance && dense) plan.steps = plan.intervals = reference.adaptive_intervals();
   const int stride = reference.intervals() / plan.intervals;
   Course course;
   plan.see = [&](int k, const std::vector<double>& x) {

@@ -132,4 +132,18 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   return result;
 }
 
+bool look_between_steps(Simulation& system, double t, const std::function<bool()>& go_on,
+                        const std::function<void()>& see) {
+  for (auto left = static_cast<std::int64_t>((t - system.t()) / system.h() + 1e-6); left > 0;) {
+    const int taken = go_on() ? system.steps(std::min(left, kStepsBetweenLooks)) : 0;
+    if (taken == 0) return false;
+    left -= taken;
+  }
+  const Snapshot before = system.snapshot();
+  if (t > system.t() && !system.step_to(t)) return false;
+  see();
+  system.restore(before);
+  return true;
+}
+
 }  // namespace sim::study

@@ -39,6 +39,11 @@ struct TrajectoryPlan {
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
                           const TrajectoryPlan& plan, const std::function<bool()>& go_on);
 
+// Shows the state at time t of a run whose steps end between those of others: a short step leads
+// there from the last whole one, and is taken back. False if a step fails or `go_on` says so.
+bool look_between_steps(Simulation& system, double t, const std::function<bool()>& go_on,
+                        const std::function<void()>& see);
+
 // The numbers of the present state that the problem compares.
 std::vector<double> compared(const Problem& problem, Simulation& system);
 

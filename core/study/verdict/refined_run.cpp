@@ -4,6 +4,7 @@
 
 #include "core/particles/particle_system.h"
 #include "core/study/accuracy/error_estimator.h"
+#include "core/study/accuracy/trajectory.h"
 
 namespace sim::study {
 
@@ -45,6 +46,7 @@ bool RefinedRun::run(double steps, const std::function<bool()>& stop) {
 // divided into as many steps.
 bool RefinedRun::follow(const Moment& to, const std::function<bool()>& stop) {
   if (path_.empty()) look_at_figures();
+  if (plan_.shifted) return follow_between(to, stop);
   const auto steps = static_cast<double>(to.step - now_.step);
   const bool cut = to.t < now_.t + (steps - 1e-6) * h_;
   if (!run(plan_.steps_per_step * (cut ? steps - 1 : steps), stop)) return false;
@@ -53,10 +55,20 @@ bool RefinedRun::follow(const Moment& to, const std::function<bool()>& stop) {
     if (!run(plan_.steps_per_step, stop)) return false;
   }
   now_ = to;
+  record();
+  return true;
+}
+
+bool RefinedRun::follow_between(const Moment& to, const std::function<bool()>& stop) {
+  const double middle = now_.t + 0.5 * system_.h();
+  if (path_.empty() && to.t > middle && !system_.step_to(middle)) return false;
+  return look_between_steps(system_, to.t, [&] { return !stop(); }, [&] { record(); });
+}
+
+void RefinedRun::record() {
   path_.push_back({positions(system_), plan_.energy ? system_.energy().total() : std::nan(""),
                    plan_.states ? state_of(system_) : std::vector<double>(),
                    system_.settings().broken});
-  return true;
 }
 
 void RefinedRun::look_at_figures() {

@@ -40,6 +40,7 @@ class RefinedRun {
     bool springs = false;                  // springs that come to a point are searched for
     bool strain = false;                   // and how far they are stretched
     bool energy = false, states = false;   // kept, in each sight
+    bool shifted = false;                  // steps end in between those of the run
 
     bool same_steps(const Plan& other) const {
       return steps_per_step == other.steps_per_step && stride == other.stride;
@@ -65,6 +66,8 @@ class RefinedRun {
 
  private:
   bool run(double steps, const std::function<bool()>& stop);
+  bool follow_between(const Moment& to, const std::function<bool()>& stop);
+  void record();
   void look();
   void look_at_figures();
 

@@ -106,7 +106,9 @@ void LimitCriterion::measure() {
   if (info.adaptive || steps_ == 0 || std::isnan(integrator.amplification(0.1, 0))) return;
   const double affordable =
       static_cast<double>(steps_) * std::max(1, info.evaluations) / kEvaluationsPerProduct;
-  const auto share_of = [&](const Vibration& mode) {
+  // A vibration that grows by itself, as in a mechanism that moves, says nothing of the step.
+  const auto share_of = [&](Vibration mode) {
+    if (system_->second_order()) mode.damping = std::max(0.0, mode.damping);
     return step_share(integrator, mode, system_->h());
   };
   StepShare found = share_of({omega_bound(*system_), smallest_damping(*system_)});

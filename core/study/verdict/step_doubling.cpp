@@ -240,6 +240,27 @@ void StepDoubling::compare_broken(const RefinedRun& shadow, RunDeviation& result
   }
 }
 
+// Ties break at the ends of steps: two runs with ends in common may break one at the same moment,
+// late by up to a step. The run with steps that end in between breaks it half a step sooner or
+// later, so that twice its distance is the error of a whole one.
+void StepDoubling::compare_shifted(std::size_t frames, const std::function<bool()>& stop,
+                                   RunDeviation& result) const {
+  if (run_->settings().broken == start_.settings->broken) return;
+  RefinedRun shifted = make_refined_run(
+      {.steps_per_step = 1, .method = run_->settings().method.choice(), .shifted = true});
+  if (!follow(shifted, frames, stop)) {
+    result.outcome = RunDeviation::Outcome::kStopped;
+    result.until = std::min(result.until, frames_[shifted.path().size()].at.t);
+  }
+  for (std::size_t k = 1; k <= shifted.path().size(); ++k) {
+    const double error =
+        2 * largest_distance(frames_[k].seen.x, shifted.path()[k - 1].x, run_->flat());
+    take_error(error, frames_[k], result);
+    if (k + 1 == frames_.size()) result.at_end = std::max(result.at_end, error);
+  }
+  compare_broken(shifted, result);
+}
+
 std::vector<double> StepDoubling::observe(RefinedRun& shadow, std::size_t frame) const {
   Simulation& system = shadow.system();
   Snapshot then = system.snapshot();
@@ -305,6 +326,7 @@ RunDeviation StepDoubling::compare(const std::function<bool()>& stop, Comparison
   for (std::size_t k = 1; k <= seen; ++k)
     compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
   compare_broken(shadow, result);
+  compare_shifted(seen + 1, stop, result);
   compare_observed(shadow, result);
   for (const double figure : shadow.figures()) result.figures.push_back({figure});
   result.strain = shadow.strain();

@@ -79,6 +79,8 @@ class StepDoubling {
   std::vector<double> observe(RefinedRun& shadow, std::size_t frame) const;
   void compare_observed(RefinedRun& shadow, RunDeviation& result) const;
   void compare_broken(const RefinedRun& shadow, RunDeviation& result) const;
+  void compare_shifted(std::size_t frames, const std::function<bool()>& stop,
+                       RunDeviation& result) const;
   // A run from a first state perturbed by 1e-7 of the size, differently for each number.
   RefinedRun neighbour(int which) const;
   void look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
