@@ -119,7 +119,7 @@ class Automatic final : public sim::Integrator {
     const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
     const bool known = choice != kNone && choice == memory[0] &&
                        (splits_ || (choice != kVerlet && choice != kPefrl)) &&
-                       (flat_ || choice != kMultistep) &&
+                       (flat_ || (choice != kMultistep && choice != kRosenbrock)) &&
                        (choice != kRosenbrock || of_lists() == kRosenbrock);
     const bool lengths = memory[1] > 0;
     const auto counts = memory.subspan(2, 4);

@@ -38,7 +38,8 @@ Deviation deviation(const SystemSpec& spec, const Simulation& system) {
   for (std::size_t i = 0; i < numbers; ++i) {
     const double value = system.state()[part.at(i / axes, i % axes)];
     const double error = std::abs(value - exact[i]);
-    if (!(error <= result.error)) result.error = error;
+    // An error that is not a number stays the largest.
+    if (error > result.error || std::isnan(error)) result.error = error;
     result.size = std::max(result.size, std::abs(exact[i]));
   }
   return result;
