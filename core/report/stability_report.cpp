@@ -30,13 +30,14 @@ std::string limit_name(const MethodStability& each) {
   return *limit == 0 ? "none stable" : std::isinf(*limit) ? "unlimited" : "step";
 }
 
+// At most six characters, so that the columns stay apart.
 std::string off_text(const MethodStability& each) {
   if (!each.predicted || !each.measured || *each.predicted == 0) return "";
   const double off = 100 * (*each.measured / *each.predicted - 1);
   if (!std::isfinite(off)) return "";
   if (std::abs(off) < 0.05) return "0 %";
-  if (std::abs(off) >= 1000) return "x" + brief(*each.measured / *each.predicted, 2);
-  return brief(off, std::abs(off) < 10 ? 1 : 3) + " %";
+  if (off >= 999) return "x" + brief(*each.measured / *each.predicted, 2);
+  return percent(std::round(10 * off) / 10, 100, 2);
 }
 
 // The distance of a step dt from the limit, or its growth beyond the limit.

@@ -42,6 +42,19 @@ TEST_CASE("a misspelt name finds the nearest known one", "[base]") {
   CHECK(nearest("sprng", known) == "spring");
   CHECK(nearest("garvity", known) == "gravity");
   CHECK(nearest("magnet", known).empty());
+  // A letter too many, too few or another, and two that are turned, at either end: one each. Of
+  // four letters one may be wrong, of six two.
+  for (const char* text :
+       {"rdag", "drga", "rag", "dra", "xdrag", "dragx", "xrag", "drax", "darg"}) {
+    INFO(text);
+    CHECK(nearest(text, known) == "drag");
+  }
+  for (const char* text : {"rdga", "ragx", "dg", "xdragx"}) {
+    INFO(text);
+    CHECK(nearest(text, known).empty() == (std::string(text) != "xdragx"));
+  }
+  CHECK(nearest("psirng", known) == "spring");
+  CHECK(nearest("psrixx", known).empty());
   CHECK(suggestion("sprin", known) == "did you mean 'spring'?");
   CHECK(suggestion("x", known) == "known: gravity, drag, spring");
 }

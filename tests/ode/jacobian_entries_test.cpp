@@ -181,6 +181,33 @@ TEST_CASE("entries are sought at the state itself where there is nothing beside 
       CHECK(entries->sparsity().find(column, pattern.row(k)) >= 0);
 }
 
+// J dx by central differences, whatever the size of dx; only its own numbers are written.
+TEST_CASE("differences write as many numbers as there are") {
+  const Sparsity pattern = band(5, 1, 1);
+  Woven system(pattern, 8);
+  const std::vector<double> x = state_of(5);
+  const auto jacobian = difference_jacobian(system);
+  jacobian->at(0.2, x.data());
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    std::vector<double> dx(5), df(7, 42);
+    for (std::size_t i = 0; i < 5; ++i) dx[i] = size * (1 - 0.3 * static_cast<double>(i));
+    jacobian->apply(dx.data(), df.data() + 1);
+    CHECK((df[0] == 42 && df[6] == 42));
+    for (int row = 0; row < 5; ++row) {
+      double sum = 0;
+      for (int column = 0; column < 5; ++column)
+        if (const int k = pattern.find(column, row); k >= 0)
+          sum += system.entry(k, 0.2, x[slot(column)]) * dx[slot(column)];
+      CHECK(df[slot(row + 1)] == Approx(sum).epsilon(1e-7).margin(1e-9 * size));
+    }
+  }
+  const std::int64_t before = system.evaluations;
+  std::vector<double> none(5, 0.0), df(7, 42);
+  jacobian->apply(none.data(), df.data() + 1);
+  CHECK(df == std::vector<double>{42, 0, 0, 0, 0, 0, 42});
+  CHECK(system.evaluations == before);
+}
+
 TEST_CASE("all entries of a small system stand column by column") {
   const Sparsity pattern = scattered(7, 4);
   Woven system(pattern, 8);

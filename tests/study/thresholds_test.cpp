@@ -114,6 +114,28 @@ TEST_CASE("a deviation is right up to 2 % of the size and 1 % of the energy") {
               Trust::kTrusted, "positions to 0.01 m until t = 2 s (verified)"));
 }
 
+TEST_CASE("samples are spread over a run, the first after its first step") {
+  const auto taken = [](std::int64_t steps, int times, int stride = 1) {
+    Spread spread(steps, times);
+    std::vector<std::int64_t> at;
+    for (std::int64_t step = 0; step <= steps; step += stride)
+      if (spread.take(step)) {
+        at.push_back(step);
+        CHECK(spread.last() == step);
+      }
+    return at;
+  };
+  using Steps = std::vector<std::int64_t>;
+  CHECK(taken(12, 3) == Steps{1, 5, 9});
+  CHECK(taken(12, 1) == Steps{1});
+  CHECK(taken(13, 3) == Steps{1, 5, 9, 13});
+  CHECK(taken(3, 12) == Steps{1, 2, 3});
+  CHECK(taken(12, 0).empty());
+  CHECK(taken(0, 3).empty());
+  CHECK(taken(12, 3, 3) == Steps{3, 9});
+  CHECK(Spread(5, 2).last() == -1);
+}
+
 TEST_CASE("an exact solution may be missed by 1 % of its size, at any look") {
   Registry registry = make_registry();
   for (const auto& [share, trust] :

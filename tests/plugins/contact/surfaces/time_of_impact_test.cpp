@@ -121,6 +121,96 @@ TEST_CASE("a step that is called free keeps the distance") {
   CHECK(hits > 300);
 }
 
+// The nearest points of two parts: none of a dense search are nearer, and the line between them is
+// as long as the gap.
+TEST_CASE("weights lead from one part to the other by the shortest way") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int inside = 0, ends = 0, sides = 0;
+  for (int trial = 0; trial < 600; ++trial) {
+    const PairKind kind = trial % 2 ? PairKind::kEdgeEdge : PairKind::kVertexTriangle;
+    FourPoints p;
+    for (Vec3& each : p) each = Vec3(uniform(random), uniform(random), uniform(random));
+    if (trial % 4 == 3) p[3] = p[2] + 0.7 * (p[1] - p[0]);  // parallel edges
+    if (trial % 8 == 6) p[0] = p[1] + 0.3 * (p[2] - p[1]) + Vec3(0, 0, 1e-3);
+    const sim::Separation apart = sim::separation_of(kind, p);
+    const std::size_t first = kind == PairKind::kEdgeEdge ? 2 : 1;
+    double sums[2] = {0, 0};
+    Vec3 r = Vec3::Zero();
+    int zeros = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      CHECK((k < first ? apart.weights[k] : -apart.weights[k]) >= -1e-12);
+      sums[k < first ? 0 : 1] += apart.weights[k];
+      zeros += std::abs(apart.weights[k]) < 1e-12;
+      r += apart.weights[k] * p[k];
+    }
+    CHECK(sums[0] == Approx(1).epsilon(1e-12));
+    CHECK(sums[1] == Approx(-1).epsilon(1e-12));
+    CHECK((r / r.norm() - apart.normal).norm() < 1e-9);
+    CHECK(apart.gap == Approx(r.norm()).epsilon(1e-6));
+    const double sampled = sampled_distance(kind, p, 60);
+    CHECK(r.norm() <= sampled * (1 + 1e-12));
+    CHECK(r.norm() >= sampled - 0.06);
+    (zeros == 0 ? inside : zeros == 1 ? sides : ends) += 1;
+  }
+  CHECK((inside > 50 && sides > 50 && ends > 50));
+}
+
+// Head-on at the speed v from the height z: the gap is reached at (z - gap) / v, or a little before
+// it, by what it takes to advance to half of it.
+TEST_CASE("times of impact of simple ways are their closed forms") {
+  constexpr double kGap = 1e-6;
+  const FourPoints triangle{Vec3(0.2, 0.3, 0.8), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)},
+      cross{Vec3(-1, 0, 0.8), Vec3(1, 0, 0.8), Vec3(0, -1, 0), Vec3(0, 1, 0)},
+      along{Vec3(0, 0, 0.8), Vec3(1, 0, 0.8), Vec3(0.5, 0, 0), Vec3(1.5, 0, 0)};
+  for (const auto& [kind, start] : {std::pair(PairKind::kVertexTriangle, triangle),
+                                    {PairKind::kEdgeEdge, cross},
+                                    {PairKind::kEdgeEdge, along}}) {
+    const auto met = [&, kind = kind, start = start](const Vec3& first, const Vec3& second,
+                                                     double height) {
+      FourPoints p = start, way;
+      const std::size_t count = kind == PairKind::kEdgeEdge ? 2 : 1;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (k < count) p[k] += Vec3(0, 0, height - 0.8);
+        way[k] = k < count ? first : second;
+      }
+      return sim::time_of_impact(kind, p, way, kGap);
+    };
+    for (const double speed : {0.9, 1.6, 3.2, 64.0}) {
+      INFO(speed);
+      // Either part moves, or both; sideways motion of both changes nothing.
+      for (const auto& [first, second] :
+           {std::pair(Vec3(0, 0, -speed), Vec3(0, 0, 0)),
+            {Vec3(0, 0, 0), Vec3(0, 0, speed)},
+            {Vec3(5, -7, -0.25 * speed), Vec3(5, -7, 0.75 * speed)}}) {
+        const sim::TimeOfImpact found = met(first, second, 0.8);
+        REQUIRE(found.hit);
+        CHECK(found.s <= (0.8 - 0.5 * kGap) / speed + 1e-15);
+        CHECK(found.s >= (0.8 - kGap) / speed - 1e-15);
+        CHECK(found.then.gap <= kGap);
+        CHECK(std::abs(found.then.normal.z() - 1) < 1e-6);
+        CHECK_FALSE(met(-first, -second, 0.8).hit);  // away
+      }
+    }
+    // At the end of the way, and just beyond it.
+    CHECK(met(Vec3(0, 0, -0.8), Vec3(0, 0, 0), 0.8).hit);
+    const sim::TimeOfImpact missed = met(Vec3(0, 0, -0.8), Vec3(0, 0, 0), 0.8 + 2 * kGap);
+    CHECK_FALSE(missed.hit);
+    CHECK(missed.s == 1);
+    // Near from the start: at once, wherever they go; at rest, too.
+    for (const Vec3& way : {Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(0, 0, 0)}) {
+      const sim::TimeOfImpact now = met(way, Vec3(0, 0, 0), 0.99 * kGap);
+      CHECK(now.hit);
+      CHECK(now.s == 0);
+    }
+    CHECK_FALSE(met(Vec3(0, 0, 0), Vec3(0, 0, 0), 1.01 * kGap).hit);
+    // Grazing ways at twice the gap never meet, those within it do.
+    CHECK_FALSE(met(Vec3(100, 0, 0), Vec3(0, 0, 0), 2 * kGap).hit);
+    CHECK(sim::relative_motion(kind,
+                               {Vec3(3, 0, 0), Vec3(3, 0, 0), Vec3(3, 4, 0), Vec3(3, 4, 0)}) == 4);
+  }
+}
+
 TEST_CASE("sheets cross as often as exact fractions count") {
   const sim_test::Table table("crossings.csv");
   for (int mesh = 0; mesh < 12; ++mesh) {

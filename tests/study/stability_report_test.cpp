@@ -1,0 +1,112 @@
+// Rows of the table of stable steps: each figure just below and just above where its words change.
+#include "core/report/stability_report.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+
+using namespace sim;
+using namespace sim::study;
+using Catch::Contains;
+
+namespace {
+
+struct Row {
+  std::optional<double> predicted = {}, measured = {}, radius = {};
+  std::vector<double> errors = {};
+  bool adaptive = false, chooses = false;
+};
+
+constexpr double kDt = 0.01;  // s
+
+Stability study_of(const Row& row) {
+  Stability study;
+  study.system = "s";
+  study.integrator = "rk4";
+  study.dt = kDt;
+  study.energy_time = 2;
+  MethodStability& method = study.methods.emplace_back();
+  method.method.label = "rk4";
+  method.method.info.adaptive = row.adaptive;
+  method.method.chooses = row.chooses;
+  method.predicted = row.predicted;
+  method.measured = row.measured;
+  method.radius = row.radius;
+  for (const double error : row.errors) method.energy.push_back({.error = error});
+  return study;
+}
+
+// The words of the row after its name.
+std::string cells(const Row& row) {
+  std::istringstream lines(report::stability_text(study_of(row)));
+  std::string line, words;
+  while (std::getline(lines, line) && !line.starts_with("integrator")) continue;
+  REQUIRE(std::getline(lines, line));
+  std::istringstream in(line);
+  in >> words;
+  REQUIRE(words == "rk4");
+  std::string all;
+  while (in >> words) all += (all.empty() ? "" : " ") + words;
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("predicted and measured steps stand with how far they are off") {
+  const auto off = [](double measured) { return cells({.predicted = 1, .measured = measured}); };
+  CHECK(off(1.00049) == "1 1 0 % 1 %");
+  CHECK(off(1.00051) == "1 1.001 0.1 % 1 %");
+  CHECK(off(0.99949) == "1 0.9995 -0.1 % 1 %");
+  CHECK(off(1.0949) == "1 1.095 9.5 % 0.91 %");
+  CHECK(off(1.0996) == "1 1.1 10 % 0.91 %");
+  CHECK(off(0.902) == "1 0.902 -9.8 % 1.1 %");
+  CHECK(off(0.877) == "1 0.877 -12 % 1.1 %");
+  CHECK(off(2.2) == "1 2.2 120 % 0.45 %");
+  CHECK(off(0.0001) == "1 0.0001 -100 % 1e+04 %");
+  CHECK(off(10.98) == "1 10.98 998 % 0.091 %");
+  CHECK(off(11.01) == "1 11.01 x11 0.091 %");
+  CHECK(off(25.04) == "1 25.04 x25 0.04 %");
+  CHECK(cells({.predicted = 0, .measured = 0}) == "none none grows");
+  CHECK(cells({.predicted = HUGE_VAL}) == "any - stable");
+  CHECK(cells({.predicted = HUGE_VAL, .measured = HUGE_VAL}) == "any any stable");
+  CHECK(cells({}) == "- - -");
+}
+
+TEST_CASE("a step stands by its share of the limit, or by its growth beyond it") {
+  CHECK(cells({.predicted = 0.04}) == "0.04 - 25 %");
+  CHECK(cells({.predicted = 0.04, .measured = 0.02}) == "0.04 0.02 -50 % 50 %");
+  CHECK(cells({.predicted = 0.005, .radius = 1.0009}) == "0.005 - 200 %");
+  CHECK(cells({.predicted = 0.005, .radius = 1.5}) == "0.005 - x1.5");
+  CHECK(cells({.predicted = 0.005, .radius = HUGE_VAL}) == "0.005 - fails");
+  // Inside the limit, and at it: what grows there is the system itself.
+  CHECK(cells({.predicted = 0.0101, .radius = 1.5}) == "0.0101 - 99 %");
+  CHECK(cells({.predicted = 0.01, .radius = 1.5}) == "0.01 - x1.5");
+  CHECK(cells({.radius = 1.5}) == "- - x1.5");
+  CHECK(cells({.predicted = 0.04, .adaptive = true}) == "0.04 - own steps");
+  CHECK(cells({.predicted = 0.04, .chooses = true}) == "0.04 - own steps");
+}
+
+TEST_CASE("errors at shares of the limit stand in their columns, the first left out") {
+  CHECK(cells({.predicted = 0.04, .errors = {9, 0.00123, 0.5, HUGE_VAL}}) ==
+        "0.04 - 25 % 0.0012 0.5 fails");
+  Stability study = study_of({.predicted = 0.04});
+  CHECK_THAT(report::stability_text(study), Contains("energy error at share"));
+  study.energy_time = 0;
+  CHECK(report::stability_text(study).find("error at share") == std::string::npos);
+}
+
+// A mode that grows by r in each step of h grows e times in h / ln r.
+TEST_CASE("a method without a stable step says how fast it is wrong") {
+  const std::string text =
+      report::stability_text(study_of({.predicted = 0, .radius = std::exp(0.5)}));
+  CHECK_THAT(text, Contains("rk4 has no stable step here"));
+  CHECK_THAT(text, Contains("at 0.01 s the fastest mode grows e times every 0.02 s"));
+  CHECK(report::stability_text(study_of({.predicted = 0, .radius = 1})).find("e times") ==
+        std::string::npos);
+  CHECK(report::stability_text(study_of({.predicted = 0.1, .radius = 2})).find("no stable") ==
+        std::string::npos);
+  Stability late = study_of({.predicted = 0.1});
+  CHECK(report::stability_text(late).find("Not all runs") == std::string::npos);
+  late.methods[0].late = true;
+  CHECK_THAT(report::stability_text(late), Contains("Not all runs were made of rk4"));
+}
