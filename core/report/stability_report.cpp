@@ -36,7 +36,8 @@ std::string off_text(const MethodStability& each) {
   const double off = 100 * (*each.measured / *each.predicted - 1);
   if (!std::isfinite(off)) return "";
   if (std::abs(off) < 0.05) return "0 %";
-  if (off >= 999) return "x" + brief(*each.measured / *each.predicted, 2);
+  if (const double ratio = *each.measured / *each.predicted; off >= 999)
+    return "x" + brief(ratio, ratio < 99.5 ? 2 : ratio < 999.5 ? 3 : 1);
   return percent(std::round(10 * off) / 10, 100, 2);
 }
 

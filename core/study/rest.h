@@ -25,11 +25,11 @@ struct Rest {
 // (the proximal point method: Rockafellar 1976, SIAM J. Control Optim. 14, 877-898). Ends when
 // forces are rounding errors, or 1e-10 of those in play.
 //
-// If particles, bodies or surfaces may touch something that rests, or if springs or rods would break
-// where forces balance, the scene takes its own steps
-// instead, and all velocities become 0 whenever the kinetic energy has passed a peak: kinetic
-// damping (Cundall 1976; Barnes 1999, Int. J. Space Struct. 14, 89-104). The force that is left on
-// a particle is its mass times its velocity after a step from rest, over the step.
+// If particles, bodies or surfaces may touch something that rests, or if springs or rods would
+// break where forces balance, the scene takes its own steps instead, and all velocities become 0
+// whenever the kinetic energy has passed a peak: kinetic damping (Cundall 1976; Barnes 1999, Int.
+// J. Space Struct. 14, 89-104). The force that is left on a particle is its mass times its velocity
+// after a step from rest, over the step.
 //
 // Velocities become 0; the time stays.
 // Throws Error{kUsage} for a first-order scene and one whose colliders move, and the errors of a

@@ -168,7 +168,8 @@ TEST_CASE("a push runs along a row of balls, whatever their gaps and the step", 
         }
 }
 
-TEST_CASE("as many balls leave a row as come, whatever their gaps and the step", "[scenes][shown]") {
+TEST_CASE("as many balls leave a row as come, whatever their gaps and the step",
+          "[scenes][shown]") {
   constexpr int kBalls = 5;
   for (const bool strings : {false, true})
     for (const int moving : {2, 3, 4})

@@ -66,6 +66,8 @@ TEST_CASE("predicted and measured steps stand with how far they are off") {
   CHECK(off(10.98) == "1 10.98 998 % 0.091 %");
   CHECK(off(11.01) == "1 11.01 x11 0.091 %");
   CHECK(off(25.04) == "1 25.04 x25 0.04 %");
+  CHECK(off(125) == "1 125 x125 0.008 %");
+  CHECK(off(2.5e7) == "1 2.5e+07 x2e+07 4e-08 %");
   CHECK(cells({.predicted = 0, .measured = 0}) == "none none grows");
   CHECK(cells({.predicted = HUGE_VAL}) == "any - stable");
   CHECK(cells({.predicted = HUGE_VAL, .measured = HUGE_VAL}) == "any any stable");
