@@ -220,15 +220,33 @@ double StepDoubling::take_error(double error, const Frame& frame, RunDeviation& 
   return size;
 }
 
-void StepDoubling::compare_frame(const Frame& frame, double factor, const Sight& shadow,
+void StepDoubling::compare_frame(std::size_t k, double factor, std::span<const Sight> shadow,
                                  RunDeviation& result) const {
-  result.at_end = factor * largest_distance(frame.seen.x, shadow.x, run_->flat());
+  const Frame& frame = frames_[k];
+  const double distance = largest_distance(frame.seen.x, shadow[k - 1].x, run_->flat());
+  result.at_end = factor * distance;
   const double size = take_error(result.at_end, frame, result);
   const double moved = largest_distance(frame.seen.x, frames_.front().seen.x, run_->flat());
   if (!run_->second_order() || !(in_play_ > 0)) return;
   if (moved <= at_rest(run_->integrator_info()) * size) return;
-  const double energy = std::abs(frame.seen.energy - shadow.energy) / in_play_;
-  if (!(energy <= result.energy)) result.energy = energy;
+  const double own = frame.seen.energy, other = shadow[k - 1].energy;
+  double low = other, high = other;
+  if (acts_between_steps(*run_)) {
+    // What stands on something trembles within the tolerance of contact.
+    constexpr double kFaint = 1e-6, kTrembles = 10;
+    if (moved <= std::min(kFaint * size, kTrembles * distance)) return;
+    // An impact that comes a moment sooner or later takes its energy then.
+    for (const double near : {k > 1 ? shadow[k - 2].energy : frames_.front().seen.energy,
+                              k < shadow.size() ? shadow[k].energy : other}) {
+      low = std::min(low, near);
+      high = std::max(high, near);
+    }
+  }
+  const double off = std::isnan(other) ? other
+                     : own < low       ? low - own
+                     : own > high      ? own - high
+                                       : 0;
+  if (!(off / in_play_ <= result.energy)) result.energy = off / in_play_;
 }
 
 // A tie that breaks a step later still breaks: what counts is the final state, and since when.
@@ -323,8 +341,7 @@ RunDeviation StepDoubling::compare(const std::function<bool()>& stop, Comparison
   const std::size_t seen = shadow.path().size();
   if (seen + 1 < frames_.size()) result.until = frames_[seen].at.t;
   const double factor = error_factor(shadow, stop);
-  for (std::size_t k = 1; k <= seen; ++k)
-    compare_frame(frames_[k], factor, shadow.path()[k - 1], result);
+  for (std::size_t k = 1; k <= seen; ++k) compare_frame(k, factor, shadow.path(), result);
   compare_broken(shadow, result);
   compare_shifted(seen + 1, stop, result);
   compare_observed(shadow, result);

@@ -72,8 +72,8 @@ class StepDoubling {
   // The ratio of the error to the difference from the refined run, by the order that a coarser run
   // shows.
   double error_factor(const RefinedRun& shadow, const std::function<bool()>& stop) const;
-  // factor: error_factor().
-  void compare_frame(const Frame& frame, double factor, const Sight& shadow,
+  // Takes the error of frame k > 0, which is shadow[k - 1]; factor: error_factor().
+  void compare_frame(std::size_t k, double factor, std::span<const Sight> shadow,
                      RunDeviation& result) const;
   // The observed values at a frame, to which the system of the refined run is set back.
   std::vector<double> observe(RefinedRun& shadow, std::size_t frame) const;
