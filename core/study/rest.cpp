@@ -173,6 +173,11 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
       if (!(stop && stop())) rest.why = "a step towards it fails";
       break;
     }
+    if (fresh && simulation.settings().broken != state.settings->broken) {
+      state = simulation.snapshot();  // what was at rest did not bear it
+      halt(state);
+      continue;
+    }
     if (good_since >= 0 && steps - good_since > kMore) break;
     if (fresh && ++idle > kIdle) break;
     if (fresh && force < kBetter * mark) mark = force, idle = 0;

@@ -102,3 +102,59 @@ TEST_CASE("a search for rest on contact ends soon and says why", "[rest]") {
   CHECK_FALSE(stopped.found);
   CHECK(stopped.why == "interrupted");
 }
+
+TEST_CASE("where forces would balance beyond what ties bear, they break on the way to rest", "[rest]") {
+  // Two springs side by side bear half the weight each, one of them not so much.
+  const auto hanging = [](const std::string& limit) {
+    return "local particles = sim.particles { mass = 1 }\n"
+           "particles:add {0, 0, 0}\n"
+           "particles:add {0, -1, 0}\n"
+           "particles:pin(0)\n"
+           "local spring = sim.force.spring { stiffness = 100, rest = 1, ties = { {0, 1},\n"
+           "  {0, 1, break_force = " +
+           limit + "} } }\n" + end_of("forces = { sim.force.gravity {}, spring }");
+  };
+  TextRun weak(hanging("4"), "verlet", 2e-3);
+  const study::Rest rest = study::come_to_rest(weak.system);
+  CHECK(rest.found);
+  CHECK(rest.broke == 1);
+  CHECK(weak.system.settings().broken == std::vector<int>{1});
+  CHECK(weak.system.position(1).y() == Approx(-1 - kG / 100).margin(1e-6));
+  TextRun strong(hanging("5"), "verlet", 2e-3);
+  const study::Rest whole = study::come_to_rest(strong.system);
+  CHECK(whole.found);
+  CHECK(whole.broke == 0);
+  CHECK(strong.system.position(1).y() == Approx(-1 - kG / 200).margin(1e-9));
+}
+
+TEST_CASE("rods that bear less than what hangs on them break on the way to rest", "[rest]") {
+  // Rod k of 5, from above, bears 5 - k beads of 1 kg; nothing holds what falls.
+  TextRun run(
+      "local particles = sim.particles { mass = 1 }\n"
+      "for k = 0, 5 do particles:add {0, -k, 0} end\n"
+      "particles:pin(0)\n"
+      "local rods = sim.constraint.distance { break_force = 45 }\n"
+      "for k = 0, 4 do rods:tie(k, k + 1) end\n" +
+          end_of("forces = { sim.force.gravity {} }, constraints = { rods }"),
+      "verlet", 2e-3);
+  const study::Rest rest = study::come_to_rest(run.system);
+  CHECK_FALSE(rest.found);
+  CHECK(rest.why == "a part of the scene moves away without end");
+}
+
+TEST_CASE("beside a collider that moves no rest is looked for", "[rest]") {
+  TextRun run(
+      "local particles = sim.particles { mass = 1 }\n"
+      "particles:add {0, 1, 0}\n" +
+          end_of("forces = { sim.force.gravity {} },\n"
+                 "colliders = { sim.collider.plane { normal = {0, 1, 0},\n"
+                 "  motion = sim.motion.line { velocity = {0, 0.1, 0} } } }"),
+      "verlet", 2e-3);
+  try {
+    study::come_to_rest(run.system);
+    FAIL("it was found");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kUsage);
+    CHECK(contains(error.text().why, "a collider moves"));
+  }
+}

@@ -4,9 +4,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/study/accuracy/reference.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
 #include "core/study/verdict/verdict.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -469,4 +471,100 @@ TEST_CASE("a shadow that follows on a thread of its own finds what one finds aft
       CHECK(after.observed[0].most > 0);
     }
   }
+}
+
+namespace {
+
+constexpr double kG = 9.81, kOmega = 10;
+
+// A bead of 1 kg on a spring that bears 1.9 times its weight, let go where the spring is relaxed.
+sim::SystemSpec make_breaking_bead() {
+  return sim::test::load_text(
+             "local particles = sim.particles { mass = 1 }\n"
+             "particles:add {0, 0, 0}\n"
+             "particles:add {0, -1, 0}\n"
+             "particles:pin(0)\n"
+             "return sim.scene { name = 'bead', particles = particles, forces = {\n"
+             "  sim.force.gravity {}, sim.force.spring { ties = { {0, 1} }, stiffness = 100,\n"
+             "    rest = 1, break_force = 1.9 * 9.81 } },\n"
+             "  integrator = 'rk4', dt = 0.002, duration = 1 }\n")
+      .systems[0];
+}
+
+// When its force m g (1 - cos(w t)) is what the spring bears; and its height from then on, a throw.
+const double kBreaks = std::acos(-0.9) / kOmega;
+double height_of_bead(double t) {
+  const double amplitude = kG / (kOmega * kOmega);
+  const double y = -1 - 1.9 * amplitude, v = -amplitude * kOmega * std::sin(kOmega * kBreaks);
+  return y + v * (t - kBreaks) - 0.5 * kG * (t - kBreaks) * (t - kBreaks);
+}
+
+}  // namespace
+
+// Of 133.6 steps to the moment, the spring breaks at the end of the 134th: an end of a step of
+// twice and of half the length, too.
+TEST_CASE("a late break that finer steps repeat is not taken for right", "[breaking]") {
+  for (const char* method : {"rk4", "verlet", "dopri5", "implicit_midpoint"})
+    for (const double steps : {133.6, 133.2, 134.4, 268.7}) {
+      CAPTURE(method, steps);
+      const sim::SystemSpec spec = make_breaking_bead();
+      const double h = kBreaks / steps;
+      const auto count = static_cast<std::int64_t>(1 / h);
+      sim::Registry registry = make_registry();
+      sim::Simulation system(spec, registry, {.integrator = method, .dt = h});
+      for (std::int64_t n = 0; n < count; ++n) REQUIRE(system.step());
+      const double off = std::abs(system.position(1).y() - height_of_bead(system.t()));
+      const Judged run = judged(spec, {.integrator = method, .dt = h}, count);
+      CHECK(run.verdict.trust == Trust::kTrusted);
+      CHECK(run.deviation.error >= 0.99 * off);
+      // What a whole step of the broken force does, with some room.
+      CHECK(run.deviation.error < 2.5 * 1.9 * kG * h * (1 - kBreaks));
+    }
+}
+
+TEST_CASE("a reference knows when ties break to the length of its steps", "[breaking]") {
+  const sim::SystemSpec spec = make_breaking_bead();
+  sim::Registry registry = make_registry();
+  const sim::study::Reference reference =
+      sim::study::reference({&spec, &registry}, 1, [](std::string_view, double) { return true; });
+  bool late = false;
+  for (std::size_t k = 0; k < reference.points.size(); ++k) {
+    const double t = static_cast<double>(k) / reference.intervals();
+    if (t < kBreaks + 0.01) continue;
+    const double off = std::abs(reference.points[k][1] - height_of_bead(t));
+    late = late || off > 1e-9;
+    REQUIRE(reference.error[k] >= 0.99 * off);
+    REQUIRE(reference.error[k] < 1e-2);
+  }
+  CHECK(late);
+  // Adaptive runs break ties at the ends of steps of the scene, not of the reference.
+  CHECK(reference.adaptive_intervals() <= 500);
+  CHECK(reference.intervals() % reference.adaptive_intervals() == 0);
+}
+
+TEST_CASE("where a run with other steps breaks other springs the verdict ends there", "[breaking]") {
+  const sim::SystemSpec net =
+      sim::test::load_text(
+          "local net = sim.grid { 5, 5, du = {0.1, 0, 0}, dv = {0, 0, 0.1}, mass = 0.02 }\n"
+          "net:pin(0, 24)\n"
+          "local rods = sim.constraint.distance { grid = net, offsets = { {0, 1}, {1, 0} },\n"
+          "  break_force = 4 }\n"
+          "return sim.scene { name = 'net', particles = net, constraints = { rods },\n"
+          "  forces = { sim.force.gravity { g = {1, -20, 0.5} } },\n"
+          "  integrator = 'rk4', dt = 0.004, duration = 1 }\n")
+          .systems[0];
+  // Neither of two runs is right: they broke different springs.
+  sim::Registry registry = make_registry();
+  std::vector<std::vector<int>> broken;
+  for (const double h : {0.004, 0.002}) {
+    sim::Simulation system(net, registry, {.dt = h});
+    while (system.t() < 1 - 1e-9) REQUIRE(system.step());
+    broken.push_back(system.settings().broken);
+  }
+  REQUIRE(broken[0] != broken[1]);
+  const Judged run = judged(net, {.dt = 0.004}, 250);
+  CHECK(run.verdict.trust == Trust::kChaotic);
+  CHECK(run.verdict.reason.find("other springs or rods break") != std::string::npos);
+  CHECK(run.deviation.others_broke_at == run.deviation.horizon);
+  CHECK(run.deviation.horizon < 1);
 }

@@ -422,3 +422,13 @@ TEST_CASE("the work of a force of time is known as well as the steps allow, and 
   CHECK(looks(0.5) < 1200);  // 2 % of four evaluations a step are one in 12 steps
   CHECK(looks(10) > 3000);
 }
+
+// Its modes grow for a moment and shrink again as it moves; no step would change that.
+TEST_CASE("a mechanism that moves is not said to need another step") {
+  const std::string file = std::string(SIM_SOURCE_DIR) + "/scripts/scenes/linkage.lua";
+  const sim::SystemSpec spec = sim::test::load(file).systems[0];
+  const Verdict verdict = verdict_of(spec, "rk4", spec.dt, spec.duration);
+  INFO(text(verdict));
+  CHECK(verdict.reason.find("no dt near this one is stable") == std::string::npos);
+  CHECK(verdict.figures.dt_share < 1);
+}
