@@ -103,7 +103,7 @@ TEST_CASE("a search for rest on contact ends soon and says why", "[rest]") {
   CHECK(stopped.why == "interrupted");
 }
 
-TEST_CASE("where forces would balance beyond what ties bear, they break on the way to rest", "[rest]") {
+TEST_CASE("springs that would bear too much at rest break on the way to it", "[rest]") {
   // Two springs side by side bear half the weight each, one of them not so much.
   const auto hanging = [](const std::string& limit) {
     return "local particles = sim.particles { mass = 1 }\n"

@@ -501,8 +501,8 @@ double height_of_bead(double t) {
 
 }  // namespace
 
-// Of 133.6 steps to the moment, the spring breaks at the end of the 134th: an end of a step of
-// twice and of half the length, too.
+// The moment is after 133.6 steps and the spring breaks at the end of the 134th, which is an end of
+// steps of twice and of half the length, too.
 TEST_CASE("a late break that finer steps repeat is not taken for right", "[breaking]") {
   for (const char* method : {"rk4", "verlet", "dopri5", "implicit_midpoint"})
     for (const double steps : {133.6, 133.2, 134.4, 268.7}) {
@@ -517,7 +517,7 @@ TEST_CASE("a late break that finer steps repeat is not taken for right", "[break
       const Judged run = judged(spec, {.integrator = method, .dt = h}, count);
       CHECK(run.verdict.trust == Trust::kTrusted);
       CHECK(run.deviation.error >= 0.99 * off);
-      // What a whole step of the broken force does, with some room.
+      // A whole step of the force that broke does as much, with some room.
       CHECK(run.deviation.error < 2.5 * 1.9 * kG * h * (1 - kBreaks));
     }
 }
@@ -542,7 +542,7 @@ TEST_CASE("a reference knows when ties break to the length of its steps", "[brea
   CHECK(reference.intervals() % reference.adaptive_intervals() == 0);
 }
 
-TEST_CASE("where a run with other steps breaks other springs the verdict ends there", "[breaking]") {
+TEST_CASE("positions are right until a run with other steps breaks other ties", "[breaking]") {
   const sim::SystemSpec net =
       sim::test::load_text(
           "local net = sim.grid { 5, 5, du = {0.1, 0, 0}, dv = {0, 0, 0.1}, mass = 0.02 }\n"
