@@ -32,8 +32,8 @@ struct Fall {
     scene.registry = &registry;
     scene.spec = test::load_text(
         "local particles = sim.particles { mass = 1 }\n"
-        "particles:add { 0, 0, 0 }\n"
-        "particles:add { 3, 1, 0 }\n"
+        "particles:add { 5, 0, 0 }\n"
+        "particles:add { 8, 1, 0 }\n"
         "local forces = { sim.force.gravity {} }\n" +
         more +
         "\n"

@@ -68,7 +68,8 @@ TEST_CASE("integers are taken up to their bounds, which a refusal names") {
   CHECK(integer_between("-n", "9223372036854775807", 0, kMost) == kMost);
   for (const char* text : {"1", "6", "-3"})
     CHECK_THROWS_WITH(integer_between("-n", text, 2, 5),
-                      Contains("out of range") && Contains("an integer from 2 to 5"));
+                      Contains("-n '" + std::string(text) + "': it is out of range") &&
+                          Contains("an integer from 2 to 5"));
   CHECK_THROWS_WITH(integer_between("-n", "6", 7, kMost), Contains("an integer of at least 7"));
   CHECK_THROWS_WITH(integer_between("-n", "2.0", 2, 5),
                     Contains("not an integer") && Contains("an integer from 2 to 5"));

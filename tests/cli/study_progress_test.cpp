@@ -7,14 +7,18 @@
 #include <regex>
 #include <sstream>
 
+#include "cli/run/environment.h"
+#include "cli/verbs/stability.h"
 #include "cli/verbs/stability_chart.h"
 #include "core/study/limits/stability.h"
-#include "tests/lua/scene_text.h"
+#include "tests/cli/program.h"
 #include "tests/support/scenes.h"
+#include "tests/support/temporary.h"
 
 using namespace sim;
 using namespace sim::cli;
 using Catch::Contains;
+using sim_test::TemporaryFolder;
 
 namespace {
 
@@ -109,6 +113,7 @@ TEST_CASE("a signal ends a study with what it has") {
     CHECK(progress.caught() == signal);
     CHECK(progress.exit_code() == 128 + signal);
     CHECK(streams.err.str() == "interrupted: this is what was measured until then\n");
+    SessionSignals::clear();
   }
 }
 
@@ -139,6 +144,41 @@ TEST_CASE("texts of studies stand one below the other, JSON of a world in a list
   CHECK(put({"{1}"}, true, true) == "{\"systems\":[{1}]}\n");
   CHECK(put({"{1}"}, true, false) == "{1}\n");
   CHECK(put({}, true, false).empty());
+}
+
+TEST_CASE("the verb writes its table or its JSON, and its plot beside it") {
+  const TemporaryFolder folder;
+  const std::filesystem::path scene = folder.path() / "scene.lua", plot = folder.path() / "s.svg";
+  sim_test::write_text(scene,
+                       "local sim = require 'sim'\n"
+                       "local p = sim.particles { mass = 1 }\n"
+                       "p:add { 0, 0, 0 }\np:add { 1, 0, 0 }\np:pin(0)\n"
+                       "local s = sim.force.spring { stiffness = 25 }\ns:tie(0, 1)\n"
+                       "return sim.scene { particles = p, forces = { s }, integrator = 'rk4',\n"
+                       "  dt = 0.01, duration = 1 }\n");
+  Registry registry = sim_test::make_registry();
+  const Environment environment = find_environment({});
+  const auto said = [&](bool json, bool svg) {
+    Streams streams;
+    StabilityRequest request;
+    request.scene.scene = scene.string();
+    request.integrators = {"verlet"};
+    request.json = json;
+    if (svg) request.svg = plot.string();
+    request.progress = ShowProgress::kOn;
+    CHECK(stability(request, environment, registry, streams.console) == 0);
+    CHECK_THAT(streams.err.str(), Catch::EndsWith("\r\x1b[K"));
+    return streams.out.str();
+  };
+  const std::string table = said(false, true), json = said(true, false);
+  CHECK(table.starts_with("system "));
+  CHECK_THAT(table, Contains("verlet") && Contains("0.4"));  // 2 / omega
+  CHECK(json.starts_with("{\"system\":"));
+  CHECK(json.find("\"systems\"") == json.npos);
+  const std::string svg = sim_test::read_text(plot);
+  CHECK(svg.starts_with("<svg "));
+  CHECK(svg.ends_with("</svg>\n"));
+  CHECK_THAT(svg, Contains(">verlet<") && Contains(">0.4 s<"));
 }
 
 // Bars end at the measured step, or at the predicted one where it is not known.

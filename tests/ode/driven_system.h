@@ -46,6 +46,8 @@ class DrivenSystem final : public sim::OdeSystem {
   std::int64_t evaluations = 0;
   double ends = HUGE_VAL;  // s, after which f is not a number
   int failures = 0;        // of the equations to come
+  bool records = false;    // guesses of solutions
+  std::vector<std::vector<double>> guesses;
 
  private:
   class Solver final : public sim::StageSolver {
@@ -53,6 +55,7 @@ class DrivenSystem final : public sim::OdeSystem {
     explicit Solver(DrivenSystem& system) : system_(&system) {}
     sim::StepStatus solve(double t, double tau, const double* r, double* y) override {
       ++solved_;
+      if (system_->records) system_->guesses.emplace_back(y, y + system_->size());
       if (system_->failures > 0) {
         --system_->failures;
         return sim::StepStatus::kNotConverged;

@@ -151,6 +151,35 @@ TEST_CASE("bars end where their values are") {
   REQUIRE(marks.size() == 1);
   CHECK(marks[0][0] == Approx(good[0][0] + good[0][2]).margin(0.02));
   for (std::size_t i = 1; i < 3; ++i) CHECK(good[i][1] > good[i - 1][1]);
+  // Each row has its name before the bars and its words 6 px behind its own, where it has none,
+  // too.
+  const auto names =
+      numbers_of(svg, "<text x=\"([^\"]*)\" y=\"([^\"]*)\" text-anchor=\"end\">method</text>");
+  const auto words = numbers_of(
+      svg, "<text x=\"([^\"]*)\" y=\"([^\"]*)\" font-size=\"11\" fill=\"#6b7280\">words</text>");
+  REQUIRE((names.size() == 6 && words.size() == 6));
+  const double left = good[0][0],
+               ends[] = {
+                   left + bars[0][2], left + bars[1][2], left + good[0][2], left + good[1][2], left,
+                   left + good[2][2]};
+  for (std::size_t i = 0; i < 6; ++i) {
+    CHECK(names[i][0] == left - 8);
+    CHECK(words[i][0] == Approx(ends[i] + 6).margin(0.02));
+    CHECK(names[i][1] == names[0][1] + 18 * static_cast<double>(i));
+    CHECK(words[i][1] == names[i][1] - 1);
+  }
+  CHECK((bars[0][1] < names[0][1] && names[0][1] < bars[0][1] + bars[0][3]));
+  // A line at each power of ten, as long as the rows are high.
+  const auto lines = numbers_of(svg,
+                                "<line x1=\"([^\"]*)\" y1=\"([^\"]*)\" x2=\"([^\"]*)\" "
+                                "y2=\"([^\"]*)\" stroke=\"#e5e7eb\"");
+  REQUIRE(lines.size() == 5);  // 1e-4 to 1
+  for (std::size_t i = 0; i < 5; ++i) {
+    CHECK(lines[i][0] == Approx(ends[0] + decade * static_cast<double>(i)).margin(0.02));
+    CHECK(lines[i][2] == lines[i][0]);
+    CHECK((lines[i][1] <= bars[0][1] && lines[i][3] > good[2][1]));
+    CHECK(lines[i][3] - lines[i][1] == 6 * 18 + 4);
+  }
   for (const auto& [value, bar] : {std::pair(0.5, 1), std::pair(1e-300, 0), std::pair(1e300, 1)}) {
     const std::string one = sim::svg(sim::BarChart{.bars = {{"m", "", value}}, .mark = 0.5});
     CHECK(one.find("nan") == std::string::npos);

@@ -71,6 +71,45 @@ TEST_CASE("a trail bends between steps as the motion does", "[trail]") {
   for (const Vec3& x : ways[1]) CHECK((x - Vec3(0, 0, 5)).norm() < 1e-12);
 }
 
+TEST_CASE("where few particles move the last free one leaves a trail of its own", "[trail]") {
+  const auto own = [](int particles, std::vector<int> pinned, auto change) {
+    Model model;
+    model.particles = particles;
+    model.pinned = std::move(pinned);
+    Look look;
+    change(model, look);
+    return own_trail(model, look);
+  };
+  const auto as_it_is = [](Model&, Look&) {};
+  CHECK(own(5, {}, as_it_is) == 4);
+  CHECK(own(5, {4}, as_it_is) == 3);
+  CHECK(own(5, {1, 3, 4}, as_it_is) == 2);
+  CHECK(own(5, {0, 1, 2, 3, 4}, as_it_is) == -1);
+  CHECK(own(0, {}, as_it_is) == -1);
+  CHECK(own(5, {}, [](Model&, Look& look) { look.own_trails = true; }) == -1);
+  CHECK(own(5, {}, [](Model& model, Look&) { model.triangles = {{0, 1, 2}}; }) == -1);
+  CHECK(own(5, {}, [](Model& model, Look&) { model.in_bodies = {0, 1, 2, 3}; }) == -1);
+  int most = 5;
+  while (own(most + 1, {}, as_it_is) == most) ++most;
+  CHECK(most < 1000);
+  CHECK(own(most + 3, {0, 1, 2}, as_it_is) == most + 2);  // it counts those that are free
+  CHECK(own(most + 4, {0, 1, 2}, as_it_is) == -1);
+}
+
+TEST_CASE("the first numbers of a flat state leave a trail", "[trail]") {
+  TextRun run(
+      "return sim.scene { state = {1, -2, 3}, dt = 0.5, duration = 2, integrator = 'rk4',\n"
+      "  field = sim.field.formula { '1', '0', '0', names = {'x', 'y', 'z'} } }\n",
+      "rk4", 0.5);
+  const Model model = make_model(run.spec.systems[0], run.system);
+  TrailRecorder recorder(model, look_at({"0"}));
+  const auto begins = recorder.follow(run.system);
+  REQUIRE((begins.size() == 1 && begins[0].size() == 1));
+  CHECK((begins[0][0].x - Vec3(1, -2, 3)).norm() < 1e-15);
+  REQUIRE(run.system.step());
+  CHECK((recorder.follow(run.system)[0].back().x - Vec3(1.5, -2, 3)).norm() < 1e-12);
+}
+
 TEST_CASE("a trail of what is not there is refused", "[trail]") {
   TextRun run(kRound, "dopri5", 0.4);
   const Model model = make_model(run.spec.systems[0], run.system);

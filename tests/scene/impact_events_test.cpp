@@ -125,7 +125,8 @@ TEST_CASE("cut steps go on from snapshots with the same bits") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_walled_spring(0.9);
   spec.accuracy = sim::Accuracy::kEvent;
-  for (const char* method : {"rk4", "verlet", "implicit_midpoint", "dopri5"}) {
+  for (const char* method :
+       {"rk4", "verlet", "implicit_midpoint", "dopri5", "esdirk43", "trbdf2", "bdf2"}) {
     INFO(method);
     sim::Simulation whole(spec, registry, {.integrator = {method}, .dt = 0.013});
     sim::Simulation part(spec, registry, {.integrator = {method}, .dt = 0.013});

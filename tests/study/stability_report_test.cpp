@@ -65,7 +65,7 @@ TEST_CASE("predicted and measured steps stand with how far they are off") {
   CHECK(off(0.0001) == "1 0.0001 -100 % 1e+04 %");
   CHECK(off(10.98) == "1 10.98 998 % 0.091 %");
   CHECK(off(11.01) == "1 11.01 x11 0.091 %");
-  CHECK(off(25.04) == "1 25.04 x25 0.04 %");
+  CHECK(off(25.37) == "1 25.37 x25 0.039 %");
   CHECK(off(125) == "1 125 x125 0.008 %");
   CHECK(off(2.5e7) == "1 2.5e+07 x2e+07 4e-08 %");
   CHECK(cells({.predicted = 0, .measured = 0}) == "none none grows");

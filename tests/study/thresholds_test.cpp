@@ -171,6 +171,44 @@ TEST_CASE("an exact solution may be missed by 1 % of its size, at any look") {
   CHECK(conclusion(*criterion).trust == Trust::kSuspect);
 }
 
+// Twelve looks of a long run, each at all springs; what other states showed counts where it is
+// more.
+TEST_CASE("the worst strain is that of any look or of the states between") {
+  Registry registry = make_registry();
+  const SystemSpec spec = sim_test::make_row();  // springs of 1 m at rest
+  const auto told = [&](std::int64_t steps, int stretched_at, double strain_between) {
+    Simulation system(spec, registry, {.integrator = "rk4", .dt = 0.001});
+    const auto criterion = watch_strain({spec, system, steps, nullptr, nullptr});
+    REQUIRE(criterion);
+    for (int step = 1; step <= stretched_at + 1; ++step) {
+      REQUIRE(system.step());
+      const Snapshot before = system.snapshot();
+      const Vec3 x = system.position(9);
+      if (step == stretched_at) system.set_position(9, x + Vec3(0.25, 0, 0));
+      criterion->look(nullptr);
+      if (step == stretched_at) system.restore(before);
+    }
+    Figures figures;
+    figures.strain.strain = strain_between;
+    if (strain_between != 0) figures.strain.a = 1, figures.strain.b = 2;
+    std::vector<Finding> findings;
+    criterion->conclude(figures, findings);
+    if (findings.empty()) return 0.0;  // nothing is strained
+    CHECK(findings[0].trust == Trust::kTrusted);
+    CHECK(findings[0].words == "strain " + percent(figures.strain.strain, 1, 2));
+    return figures.strain.strain;
+  };
+  // Four evaluations a step, one look for 130 of them: 1300 / 12 = 108 steps apart.
+  CHECK(std::abs(told(1300, 109, 0)) == Approx(0.25));
+  CHECK(std::abs(told(1300, 108, 0)) < 1e-9);
+  CHECK(std::abs(told(1300, 1, 0)) == Approx(0.25));
+  CHECK(std::abs(told(66, 34, 0)) == Approx(0.25));  // two looks
+  CHECK(std::abs(told(64, 34, 0)) < 1e-9);
+  CHECK(std::abs(told(1300, 109, 0.2)) == Approx(0.25));
+  CHECK(told(1300, 109, 0.3) == 0.3);
+  CHECK(told(1300, 109, -0.3) == -0.3);
+}
+
 // A cube of cells, stretched evenly: its volumes and stretches are the factors.
 TEST_CASE("cells may be pressed to a tenth of their volume and a fifth of their thickness") {
   Registry registry = make_registry();

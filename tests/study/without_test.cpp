@@ -68,7 +68,7 @@ TEST_CASE("in a world a part is left out of all systems, or of the one that is n
   leave_out("drag", one);  // one has it
   CHECK(parts_of(one.systems[0]) == Names{"gravity", "spring", "spring", "plane"});
   CHECK_THROWS_WITH(leave_out("right.drag", one), Contains("--without right.drag"));
-  CHECK_THROWS_WITH(leave_out("right.gravty", one), Contains("did you mean '"));
+  CHECK_THROWS_WITH(leave_out("left.gravty", one), Contains("did you mean 'left.gravity'?"));
 }
 
 TEST_CASE("a switch that is off turns off all of its parts") {

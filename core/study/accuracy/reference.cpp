@@ -388,14 +388,11 @@ int Reference::seen_of(std::int64_t count) const {
 }
 
 int reference_intervals(const Problem& problem, Simulation& system) {
-  constexpr int kEvaluations = 16, kMostDoublings = 10;  // of an interval, about
+  constexpr int kEvaluations = 16;  // of an interval, about
   const auto numbers = static_cast<double>(compared(problem, system).size());
+  const double most = std::min(kNumbers / numbers, affordable(system) / kEvaluations);
   int intervals = kFewest;
-  for (int k = 0; k < kMostDoublings; ++k) {
-    const double next = 2.0 * intervals;
-    if (next * numbers > kNumbers || next * kEvaluations > affordable(system)) break;
-    intervals *= 2;
-  }
+  while (2.0 * intervals <= most) intervals *= 2;
   return intervals;
 }
 

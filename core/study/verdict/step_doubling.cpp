@@ -8,6 +8,7 @@
 #include "core/particles/particle_system.h"
 #include "core/particles/step_correction.h"
 #include "core/study/accuracy/error_estimator.h"
+#include "core/study/problem.h"
 #include "core/study/verdict/criterion.h"
 
 namespace sim::study {

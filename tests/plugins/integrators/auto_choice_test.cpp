@@ -77,7 +77,8 @@ struct Asked {
 struct Behaviour {
   StepStatus status = StepStatus::kDone;  // of methods with steps of their own, but for esdirk43
   std::int64_t own_steps = 1, evaluations = 0, at_once = 1;
-  double error = 0;  // of equal steps, m/s^3: x grows by error h^3
+  double fails_at = HUGE_VAL;  // s: equal steps that go beyond it fail
+  double error = 0;            // of equal steps, m/s^3: x grows by error h^3
 };
 
 class Noted final : public Integrator {
@@ -96,6 +97,8 @@ class Noted final : public Integrator {
     asked_.begins.push_back(t);
     asked_.steps.push_back(h);
     for (std::size_t i = 0; i < size_; ++i) x_next[i] = x[i] + does_.error * h * h * h;
+    if (t + h * static_cast<double>(std::min(most, does_.at_once)) > does_.fails_at + 1e-9)
+      return {StepStatus::kNotFinite};
     if (info().adaptive && name_ != "esdirk43" && does_.status != StepStatus::kDone)
       return {does_.status};
     done_.steps += does_.own_steps;
@@ -251,6 +254,32 @@ TEST_CASE("equal steps of auto are at most half of the stable one") {
         trial.method->notes().front(),
         Contains(count > 1 ? std::to_string(count) + " steps to each of 1 s" : "steps of 1 s"));
   }
+}
+
+TEST_CASE("steps that a method takes together end at a step of the run") {
+  Modes waves(6, false);
+  waves.splits = true;
+  waves.omega = 3.5;  // four steps to each
+  Trial trial(waves, 1, {{"tol", 1e-2}});
+  using Counts = std::vector<std::int64_t>;
+  // Two of twelve are taken at first: then two more are enough, for there are four to each.
+  trial.behaviour.at_once = 2;
+  trial.asked.most.clear();
+  CHECK(trial.step(1, 3).taken == 1);
+  CHECK(trial.asked.most == Counts{12, 2});
+  trial.behaviour.at_once = 5;
+  trial.asked.most.clear();
+  CHECK(trial.step(1, 3).taken == 2);
+  CHECK(trial.asked.most == Counts{12, 3});
+  // One that fails after others: it begins anew at the state before, with one step alone.
+  trial.behaviour.at_once = 2;
+  trial.behaviour.fails_at = trial.t + 1.6;
+  trial.asked.most.clear();
+  trial.asked.restarts.clear();
+  trial.behaviour.at_once = 5;
+  CHECK(trial.step(1, 3).taken == 1);
+  CHECK(trial.asked.most == Counts{12, 3, 4});
+  CHECK(trial.asked.restarts == std::vector<double>{0.25});
 }
 
 // x grows by c h^3 a step: against two halves the error is c h^3 (1 - 1/4) / 3 in a method of

@@ -156,6 +156,34 @@ TEST_CASE("weights lead from one part to the other by the shortest way") {
   CHECK((inside > 50 && sides > 50 && ends > 50));
 }
 
+// Needles: their corners are nearly in one line, so that their planes mean little.
+TEST_CASE("distances of thin triangles are right, too") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int trial = 0; trial < 400; ++trial) {
+    FourPoints p;
+    for (Vec3& each : p) each = Vec3(uniform(random), uniform(random), uniform(random));
+    const double thin = std::pow(10, -4 - trial % 13);
+    const Vec3 off(uniform(random), uniform(random), uniform(random));
+    p[3] = p[1] + (trial % 3 - 0.4) * (p[2] - p[1]) + thin * off;
+    if (trial % 2) p[0] = p[1] + 0.3 * (p[2] - p[1]) + 0.01 * off;
+    const sim::Separation apart = sim::separation_of(PairKind::kVertexTriangle, p);
+    INFO(trial << ", " << thin);
+    // The least of the distances to its edges, but for what the inside of a needle adds.
+    double least = HUGE_VAL;
+    for (std::size_t k = 1; k < 4; ++k) {
+      const Vec3 a = p[k], d = p[k % 3 + 1] - a;
+      const double s = std::clamp((p[0] - a).dot(d) / d.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (p[0] - a - s * d).norm());
+    }
+    CHECK(apart.gap <= least * (1 + 1e-12));
+    CHECK(apart.gap >= (least - 4 * thin) * (1 - 1e-6));
+    Vec3 r = Vec3::Zero();
+    for (std::size_t k = 0; k < 4; ++k) r += apart.weights[k] * p[k];
+    CHECK((r.norm() >= 0.99 * apart.gap && r.norm() <= 1.01 * least + 4 * thin));
+  }
+}
+
 // Head-on at the speed v from the height z: the gap is reached at (z - gap) / v, or a little before
 // it, by what it takes to advance to half of it.
 TEST_CASE("times of impact of simple ways are their closed forms") {

@@ -250,6 +250,26 @@ TEST_CASE("diagonally implicit steps and those of BDF2 are their formulas") {
   require_close(x_next.data(), plain.y, 1e-12);
   CHECK(explicit_first.effort().evaluations == 1);
 
+  // The search for a stage begins with the slope of the one before.
+  EsdirkStages stages(kPair, kOrder, {});
+  stages.prepare(system);
+  stages.restart();
+  system.records = true;
+  Array slope(x.size()), y(x.size()), error(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) slope[i] = system.slope(kT, x[i], i);
+  REQUIRE(stages.step(system, kT, kH, x.data(), slope.data(), y.data(), error.data()) ==
+          StepStatus::kDone);
+  REQUIRE(system.guesses.size() == kStages - 1);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto& a = kPair.method.a;
+    const double first = x[i] + kH * a[1][0] * slope[i], tau = 0.25 * kH;
+    CHECK(system.guesses[0][i] == Approx(first + tau * slope[i]).epsilon(1e-12));
+    const double k = (system.solution(kT + 0.5 * kH, tau, first, i) - first) / tau,
+                 second = x[i] + kH * (a[2][0] * slope[i] + a[2][1] * k);
+    CHECK(system.guesses[1][i] == Approx(second + tau * k).epsilon(1e-12));
+  }
+  system.records = false;
+
   constexpr Tableau<1> kBackwardEuler{.a = {{{1}}}, .b = {1}, .c = {1}};
   Bdf2 bdf({}, std::make_unique<DiagonallyImplicit>(kBackwardEuler, 1, StageOptions{}));
   bdf.prepare(system);
