@@ -1,5 +1,6 @@
 // Figures of what a scene observes (--of "mean sag"), through the programs.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <sstream>
 
 #include "core/base/text.h"
@@ -68,6 +69,32 @@ TEST_CASE("a figure of the whole run is judged by all studies that take quantiti
   const Json minimal = json({"minimal", scene, "-T", "1", "--of", of, "--budget", "5%"});
   for (const Json& part : minimal.at("parts").list)
     if (part.at("option").text == "--without gravity") CHECK(part.at("figure").number > 0.1);
+}
+
+// x = cos(w t) rises through its mean every 2 pi / w.
+TEST_CASE("a period is a figure of the run where it has two rises, and words where not") {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "turn.lua",
+             "local sim = require 'sim'\n"
+             "return sim.scene { name = 'turn', state = { 1, 0 }, integrator = 'rk4', dt = 0.01,\n"
+             "  field = sim.field.formula { '-4*y', '4*x', names = { 'x', 'y' } },\n"
+             "  observe = { x = function(s) return s:component(0) end }, duration = 10 }\n");
+  const auto said = [&](const char* time) {
+    const Outcome outcome =
+        run_sim({"turn.lua", "-T", time, "--of", "period x"}, {.folder = folder.path()});
+    CHECK(outcome.code == 0);
+    return outcome.out + outcome.err;
+  };
+  const std::string words = said("9");
+  INFO(words);
+  const std::size_t at = words.find("period x = ");
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(words.substr(at + 11)) == Approx(M_PI / 2).epsilon(1e-5));
+  CHECK(words.find("less than twice") == std::string::npos);
+  const std::string none = said("1.5");
+  INFO(none);
+  CHECK(none.find("period x: it rises through its mean less than twice") != std::string::npos);
+  CHECK(none.find("period x = ") == std::string::npos);
 }
 
 TEST_CASE("of a chaotic scene a mean is known where positions are not") {

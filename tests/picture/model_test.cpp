@@ -125,6 +125,44 @@ TEST_CASE("the eye sees all that moves, and stays where it is") {
   }
 }
 
+// Each system stands to the right of the one before, and all are in the picture.
+TEST_CASE("systems side by side do not overlap, and the eye sees them all") {
+  Seen seen = cloth(6, 100);
+  for (int copies = 2; copies <= 3; ++copies) {
+    seen.models.push_back(seen.models[0]);
+    for (Moment& moment : seen.moments) moment.push_back(moment[0]);
+    const sim::Viewpoint view = sim::make_viewpoint(seen.models, seen.moments, {});
+    REQUIRE(view.offsets.size() == static_cast<std::size_t>(copies));
+    const sim::Vec3 step = view.offsets[1] - view.offsets[0];
+    if (copies == 3) CHECK((view.offsets[2] - view.offsets[1] - step).norm() < 1e-9);
+    const auto place = [&](const Moment& moment, std::size_t m, std::size_t i) {
+      const std::vector<double>& x = moment[m].x;
+      return sim::Vec3(x[i], x[i + 1], x[i + 2]) + view.offsets[m];
+    };
+    sim::Vec3 low(HUGE_VAL, HUGE_VAL, HUGE_VAL), high = -low;
+    float widest = 0;
+    double ends[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, begins[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    for (const Moment& moment : seen.moments)
+      for (std::size_t m = 0; m < view.offsets.size(); ++m)
+        for (std::size_t i = 0; i < moment[m].x.size(); i += 3) {
+          const sim::Vec3 p = place(moment, m, i);
+          const double along = p.dot(step) / step.norm();
+          ends[m] = std::max(ends[m], along), begins[m] = std::min(begins[m], along);
+          low = low.cwiseMin(p), high = high.cwiseMax(p);
+          const sim::V3 d = view.point(p) - view.eye.at;
+          const float z = dot(d, view.eye.forward);
+          REQUIRE(z > 0);
+          CHECK(std::abs(dot(d, view.eye.up)) * view.eye.focal < z);
+          const float right = std::abs(dot(d, view.eye.right)) * view.eye.focal / z;
+          CHECK(right < 16.0F / 9);
+          widest = std::max(widest, right);
+        }
+    for (std::size_t m = 1; m < view.offsets.size(); ++m) CHECK(begins[m] > ends[m - 1]);
+    CHECK(widest > 0.5F);  // and no further away than that takes
+    CHECK((view.origin - 0.5 * (low + high)).norm() < 0.1 * (high - low).norm());
+  }
+}
+
 TEST_CASE("the ground is a plane that is there, or below everything") {
   const Seen seen = cloth(4, 50);
   const sim::Viewpoint own = sim::make_viewpoint(seen.models, seen.moments, {});
