@@ -340,3 +340,13 @@ TEST_CASE("a force that is tied and in no scene is told with its line", "[lua][e
     CHECK_FALSE(error);
   }
 }
+
+// A name ends at no zero within it: the file before it is not the one that was asked for.
+TEST_CASE("a name that is empty, endless or has a zero in it is no scene", "[lua]") {
+  using namespace std::string_literals;
+  const auto path = sim::test::search_path();
+  CHECK(sim::find_scene("scenes/cloth.lua", path).filename() == "cloth.lua");
+  for (const std::string& name : {""s, "scenes/cloth.lua\0.lua"s, "scenes/cloth.lua\0"s,
+                                  "scenes/cloth\0"s, "scenes/" + std::string(5000, 'c') + ".lua"})
+    CHECK_THROWS_WITH(sim::find_scene(name, path), Catch::Contains("not found"));
+}
