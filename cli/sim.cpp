@@ -23,7 +23,7 @@ struct Dispatch {
     return doctor(request, find_environment(line.plugin_path), console);
   }
 
-  int operator()(const ImportRequest& request) const { return import_mesh(request, console); }
+  int operator()(const ImportRequest& request) const { return import_scene(request, console); }
 
   int operator()(const PlotRequest& request) const { return plot_table(request, console); }
 

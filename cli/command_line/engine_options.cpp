@@ -27,6 +27,8 @@ constexpr const char* kExportFooter =
     "sim export scenes/flag.lua --format page flag.html; ./dev web builds what it\n"
     "needs. --out FILE.html is a recording.\n";
 
+constexpr const char* kWithoutComparison = "--no-compare goes on all the same";
+
 constexpr const char* kImportFooter =
     "A mesh becomes a scene to edit: sim import bunny.obj --out bunny.lua; without\n"
     "--out it is printed. So does H5MD (.h5): its last state, masses, ties as\n"
@@ -102,7 +104,8 @@ void complete_engine(RunRequest& request, const EngineTexts& t) {
   if (request.replay)
     usage_error("no hands there", "--engine with --replay", "an engine knows no hands",
                 "leave --engine out");
-  EngineRequest engine;
+  engine::EngineRequest engine;
+  engine.without_comparison = kWithoutComparison;
   engine.name = t.engine;
   constexpr std::int64_t kMostRanks = 1'000'000;
   if (!t.ranks.empty())
@@ -146,8 +149,11 @@ bool imports_results(const EngineTexts& t) {
 }
 
 RunRequest results_request(const EngineTexts& t, RunRequest run) {
-  run.engine = EngineRequest{.launch = {}, .compare = !t.no_compare, .results = t.source};
-  run.resume = t.source + "/" + kEngineStart;
+  run.engine = engine::EngineRequest{.launch = {},
+                                     .compare = !t.no_compare,
+                                     .results = t.source,
+                                     .without_comparison = kWithoutComparison};
+  run.resume = t.source + "/" + engine::kEngineStart;
   return run;
 }
 

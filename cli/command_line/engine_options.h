@@ -6,7 +6,7 @@
 
 #include "cli/command_line/out_options.h"
 #include "cli/run/run.h"
-#include "cli/verbs/import_mesh.h"
+#include "cli/verbs/import_scene.h"
 
 namespace sim::cli {
 

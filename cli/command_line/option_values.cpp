@@ -97,31 +97,11 @@ std::int64_t integer_between(const std::string& option, const std::string& text,
 }
 
 LuaLimits lua_limits(const std::string& option, bool safe) {
-  constexpr double kMost = 1e15;
   LuaLimits limits = safe ? safe_limits() : LuaLimits();
   limits.steps_in_all = true;
-  const auto read = [&](const std::string& name, const std::string& text) {
-    for (const std::string& word : comma_list(name, text)) {
-      const std::size_t equals = std::min(word.find('='), word.size());
-      const std::string key = word.substr(0, equals);
-      if (key != "time" && key != "memory" && key != "steps")
-        bad_value(name, text, "it limits time (in s), memory (in MB) and steps",
-                  "write it like time=60,memory=4096");
-      const double value =
-          positive_number(name + " " + key, word.substr(std::min(equals + 1, word.size())));
-      if (value > kMost) bad_value(name, text, "it is out of range", "give at most 1e15");
-      if (key == "time") {
-        limits.seconds = value;
-        limits.seconds_in_all = true;
-      }
-      if (key == "memory") limits.memory = static_cast<std::size_t>(std::min(value, 1e12) * 0x1p20);
-      if (key == "steps") limits.steps = static_cast<std::uint64_t>(std::max(1.0, value));
-    }
-  };
   const char* const variable = std::getenv("SIM_LUA_BUDGET");
-  if (variable && *variable) read("SIM_LUA_BUDGET", variable);
-  if (!option.empty()) read("--lua-budget", option);
-  return limits;
+  if (variable && *variable) limits = with_budget(limits, "SIM_LUA_BUDGET", variable);
+  return with_budget(limits, "--lua-budget", option);
 }
 
 ParticleChoice particle_choice(const std::string& option, const std::string& text) {

@@ -9,7 +9,7 @@
 #include "cli/verbs/compare.h"
 #include "cli/verbs/describe.h"
 #include "cli/verbs/doctor.h"
-#include "cli/verbs/import_mesh.h"
+#include "cli/verbs/import_scene.h"
 #include "cli/verbs/list.h"
 #include "cli/verbs/new_plugin.h"
 #include "cli/verbs/new_scene.h"

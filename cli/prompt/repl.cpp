@@ -11,9 +11,9 @@
 
 #include "cli/prompt/repl_help.h"
 #include "cli/prompt/repl_terminal.h"
-#include "cli/run/recording_file.h"
-#include "cli/run/replay_file.h"
 #include "cli/terminal/signals.h"
+#include "core/report/recording_file.h"
+#include "core/report/replays.h"
 
 namespace sim::cli {
 namespace {
@@ -105,9 +105,10 @@ class SessionRecord {
     if (file.empty()) return;
     session.check_output("--record", file);
     session.files().writes("--record", file);
-    file_.emplace(file, errors);
+    file_.emplace(file, [&errors](const std::string& why) { print_error(errors, why); });
     writer_.emplace([this](std::string_view lines) { file_->append(lines); },
-                    recording_header(scene), session.live().scene().spec.world);
+                    report::recording_header(named_scene(scene)),
+                    session.live().scene().spec.world);
     session.live().record(&*writer_);
   }
   ~SessionRecord() { session_.live().end_record(); }
@@ -125,7 +126,7 @@ class SessionRecord {
 
  private:
   Session& session_;
-  std::optional<RecordingFile> file_;
+  std::optional<report::RecordingFile> file_;
   std::optional<RecordingWriter> writer_;
 };
 

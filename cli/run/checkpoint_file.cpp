@@ -4,18 +4,15 @@
 #include "core/output/format.h"
 
 namespace sim::cli {
-namespace {
 
-report::CheckpointOrigin origin(const SceneRequest& request) {
+report::CheckpointOrigin origin_of(const SceneRequest& request) {
   return {request.scene, request.settings, request.seed, version_line()};
 }
-
-}  // namespace
 
 std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequest& request,
                                         const LoadedScene& scene, std::span<const Account> accounts,
                                         std::ostream& standard_output) {
-  return report::make_checkpoint(file, origin(request), scene, *scene.registry, accounts,
+  return report::make_checkpoint(file, origin_of(request), scene, *scene.registry, accounts,
                                  standard_output);
 }
 
@@ -45,7 +42,7 @@ std::vector<Account> resume_all(LoadedScene& scene, const SceneRequest& request,
     if (request.dt > 0 && request.dt != h)
       refuse("it was made with steps of " + brief(h) + " s", "leave --dt out");
   }
-  return report::resume_all(scene, origin(request), saved, file, registry);
+  return report::resume_all(scene, origin_of(request), saved, file, registry);
 }
 
 }  // namespace sim::cli

@@ -16,6 +16,8 @@ namespace sim::cli {
 
 using report::Account, report::accounts_of, report::read_checkpoint;
 
+report::CheckpointOrigin origin_of(const SceneRequest& request);
+
 // Writes to a file that does not exist until commit_safely(); one account a system. Throws
 // Error{kIo}.
 std::unique_ptr<Output> make_checkpoint(const std::string& file, const SceneRequest& request,

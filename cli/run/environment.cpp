@@ -38,12 +38,7 @@ DevelopmentFiles development_files() {
 
 fs::path helper_file(const std::string& name) { return library_folder(prefix_of_program()) / name; }
 
-fs::path page_with_kernel() {
-  std::error_code error;
-  const fs::path data = prefix_of_program() / "share/sim", installed = data / "web/page.html";
-  const fs::path tree = fs::weakly_canonical(data, error).parent_path();
-  return fs::is_regular_file(installed, error) ? installed : tree / "build/web/page.html";
-}
+fs::path page_with_kernel() { return sim::page_with_kernel(prefix_of_program()); }
 
 fs::path editor_types() { return library_folder(prefix_of_program()) / "luacats/sim.lua"; }
 

@@ -9,27 +9,23 @@
 #include "cli/run/error_choice.h"
 #include "cli/run/judged.h"
 #include "cli/run/postmortem.h"
-#include "cli/run/replay_file.h"
 #include "cli/run/report.h"
 #include "cli/run/run_files.h"
 #include "cli/run/run_outputs.h"
 #include "cli/run/study_progress.h"
 #include "cli/terminal/signals.h"
 #include "cli/terminal/terminal_view.h"
-#include "cli/verbs/export_page.h"
 #include "cli/verbs/export_scene.h"
 #include "cli/verbs/rest.h"
 #include "core/base/duration_text.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/report/replays.h"
 #include "core/report/summary.h"
 
 namespace sim::cli {
 namespace {
-
-constexpr std::int64_t kRows = 10;      // for people, of one system
-constexpr std::int64_t kWorldRows = 4;  // of each system of a world
 
 // The figures that --of asks of a system; quantities over time are in the report anyway.
 std::vector<study::Quantity> figures_of(const SystemSpec& spec,
@@ -44,7 +40,8 @@ class Run {
  public:
   // The reference of each system's energy drift; empty = the present state.
   Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-      std::optional<Replays> replays, GoalChoices choices, Registry& registry, Console& console);
+      std::optional<report::Replays> replays, GoalChoices choices, Registry& registry,
+      Console& console);
 
   // Returns the exit code; failures during the run are reported.
   int go();
@@ -56,6 +53,8 @@ class Run {
   int take_steps(const Interrupts& interrupts);
   void take_last();
   bool step(Track& track);
+  bool advance_engine(Track& track);
+  engine::MoreMoments recorder_moments(std::size_t system);
   void measure(Track& track, bool last = false);
   std::size_t index_of(const Track& track) const {
     return static_cast<std::size_t>(&track - tracks_.data());
@@ -78,9 +77,9 @@ class Run {
   Registry& registry_;
   Console& console_;
   std::vector<Track> tracks_;
-  std::optional<Replays> replays_;
-  GoalChoices choices_;                              // of --error, one a system, or none
-  std::vector<std::unique_ptr<EngineRun>> engines_;  // of each track, or none
+  std::optional<report::Replays> replays_;
+  GoalChoices choices_;                                      // of --error, one a system, or none
+  std::vector<std::unique_ptr<engine::EngineRun>> engines_;  // of each track, or none
   Report report_;
   Progress progress_;
   RunOutputs outputs_;
@@ -102,7 +101,8 @@ bool shows_progress(const RunRequest& request, const Console& console) {
 }
 
 Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
-         std::optional<Replays> replays, GoalChoices choices, Registry& registry, Console& console)
+         std::optional<report::Replays> replays, GoalChoices choices, Registry& registry,
+         Console& console)
     : request_(request),
       scene_(scene),
       registry_(registry),
@@ -114,11 +114,10 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
       outputs_(request, scene, registry, console, progress_) {
   const bool tables = !tables_of(request).empty();
   const std::int64_t frame_stride = request.every.value_or(1);
-  const std::int64_t rows = scene.spec.world ? kWorldRows : kRows;
   const RunLength length{request.time, request.steps};
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     const std::int64_t steps = replays_ ? replays_->steps(i) : steps_of(length, scene.systems[i]);
-    const std::int64_t tenth = std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
+    const std::int64_t tenth = study::row_stride(steps, scene.spec.world);
     tracks_.emplace_back(scene.spec.systems[i], scene.systems[i], steps,
                          tables ? frame_stride : Track::kNever,
                          request.every && !tables ? frame_stride : tenth, &registry);
@@ -139,14 +138,14 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
   if (!request.engine) return;
   const engine::Launch& launch = request.engine->launch;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    EngineRequest own = *request.engine;
+    engine::EngineRequest own = *request.engine;
     if (scene.spec.world && !own.results.empty()) own.results += "/" + scene.systems[i].name();
     const std::int64_t strides[] = {tables ? frame_stride : Track::kNever, tracks_[i].row_stride()};
-    engines_.push_back(std::make_unique<EngineRun>(
+    engines_.push_back(std::make_unique<engine::EngineRun>(
         own, scene.spec.systems[i], tracks_[i],
-        moments_of(tracks_[i], strides, launch.words.empty() ? launch.ranks : 0,
-                   outputs_.recorder(), i),
-        registry, request.quiet, console));
+        engine::moments_of(tracks_[i], strides, launch.words.empty() ? launch.ranks : 0,
+                           recorder_moments(i)),
+        registry, SessionSignals::any));
   }
 }
 
@@ -166,13 +165,13 @@ void Run::measure(Track& track, bool last) {
 bool Run::step(Track& track) {
   Simulation& system = track.system();
   perform(track);
-  if (!engines_.empty()) return engines_[index_of(track)]->advance(track);
+  if (!engines_.empty()) return advance_engine(track);
   const bool calls_scene = scene_.spec.systems[index_of(track)].one_thread;
   std::optional<Snapshot> before;
   if (calls_scene && request_.snap) before = system.snapshot();
   try {
     std::int64_t most = outputs_.recorder() ? outputs_.recorder()->due(0, system) : Track::kNever;
-    if (replays_) most = std::min(most, replays_->due(system));
+    if (replays_) most = std::min(most, replays_->due(index_of(track), system));
     const bool single = tracks_.size() > 1 || calls_scene;
     return track.advance(single ? 1 : std::min(track.due(), most)) > 0;
   } catch (const Error& error) {
@@ -180,6 +179,23 @@ bool Run::step(Track& track) {
     if (SessionSignals::any()) return false;  // Lua was stopped
     throw in_step(error, system);
   }
+}
+
+bool Run::advance_engine(Track& track) {
+  engine::EngineRun& engine = *engines_[index_of(track)];
+  const bool advanced = engine.advance(track);
+  if (const std::string note = engine.take_note(); !note.empty() && !request_.quiet)
+    console_.err << "sim: note: " << note << '\n' << std::flush;
+  return advanced;
+}
+
+// The moments of which files want a frame of a system.
+engine::MoreMoments Run::recorder_moments(std::size_t system) {
+  const Recorder* const recorder = outputs_.recorder();
+  if (!recorder) return {};
+  return [this, recorder, system](std::int64_t last, const auto& tell) {
+    recorder->moments(system, tracks_[system].system(), last, tell);
+  };
 }
 
 // Runs until all tracks are at their ends, or a signal came, which is returned, or no output is
@@ -405,7 +421,8 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
         Console& console) {
   check_request(asked);
   collect_leftovers_of(asked);
-  if (asked.engine && asked.engine->results.empty()) make_engine(asked.engine->name, registry);
+  if (asked.engine && asked.engine->results.empty())
+    engine::make_engine(asked.engine->name, registry);
   RunRequest request = asked;
   std::optional<Checkpoint> saved;
   if (asked.resume) {
@@ -414,8 +431,12 @@ int run(const RunRequest& asked, const Environment& environment, Registry& regis
     if (request.engine && !request.engine->results.empty())
       complete_import(request, *saved, registry);
   }
-  std::optional<Replays> replays;
-  if (asked.replay) replays.emplace(*asked.replay).complete(request.scene);
+  std::optional<report::Replays> replays;
+  if (asked.replay) {
+    report::NamedScene named = named_scene(request.scene);
+    replays.emplace(*asked.replay).complete(named);
+    request.scene = with_scene(request.scene, named);
+  }
   check_files(request.out, registry);
   if (const std::string why = cannot_show(); request.out.show && !why.empty()) {
     console.err << "sim: note: --show draws nothing: " << why << '\n';

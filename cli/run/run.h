@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <optional>
 
-#include "cli/run/engine_run.h"
 #include "cli/run/recorder.h"
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
+#include "core/engine/engine_run.h"
 #include "core/output/output.h"
 #include "core/report/check.h"
 #include "core/study/budget.h"
@@ -33,12 +33,12 @@ struct RunRequest {
   bool until_horizon = false;               // ends where that is no longer kept
   std::vector<std::string> of;              // figures of observables, for the report
   std::optional<Checks> checks;
-  OutRequest out;                       // pictures, films and files for other programs
-  std::optional<EngineRequest> engine;  // another program makes the steps, of one system
-  std::string export_to;                // a folder for its files, instead of a run
-  std::string export_engine;            // that they are for
-  bool export_file = false;             // it is a file, of the state the run begins with
-  bool export_page = false;             // it is a page with the kernel in it
+  OutRequest out;                               // pictures, films and files for other programs
+  std::optional<engine::EngineRequest> engine;  // another program makes the steps, of one system
+  std::string export_to;                        // a folder for its files, instead of a run
+  std::string export_engine;                    // that they are for
+  bool export_file = false;                     // it is a file, of the state the run begins with
+  bool export_page = false;                     // it is a page with the kernel in it
   bool json = false, quiet = false;
   ShowProgress progress = ShowProgress::kAuto;
   study::VerificationPlan verify;

@@ -50,7 +50,7 @@ FilePlan plan_of(const RunRequest& request, const std::vector<std::string>& syst
   if (request.resume && !goes_on) plan.reads("--resume", *request.resume);
   if (request.engine && !request.engine->results.empty()) {
     std::vector<std::string> names = request.engine->result_files;
-    names.insert(names.end(), {kEngineNotes, kEngineStart});
+    names.insert(names.end(), {engine::kEngineNotes, engine::kEngineStart});
     for (const std::string& name : names)
       plan.reads("the export", request.engine->results + "/" + name);
   }

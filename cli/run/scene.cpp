@@ -42,6 +42,23 @@ std::string command_for(const SceneRequest& request) {
   return text;
 }
 
+report::NamedScene named_scene(const SceneRequest& request) {
+  return {{request.settings, request.off, request.without, request.integrator, request.dt},
+          request.scene,
+          request.seed};
+}
+
+SceneRequest with_scene(SceneRequest request, const report::NamedScene& named) {
+  request.scene = named.scene;
+  request.settings = named.settings;
+  request.off = named.off;
+  request.without = named.without;
+  request.integrator = named.integrator;
+  request.dt = named.dt;
+  request.seed = named.seed;
+  return request;
+}
+
 bool LoadedScene::has_second_order() const {
   return std::any_of(systems.begin(), systems.end(),
                      [](const Simulation& system) { return system.second_order(); });
@@ -103,12 +120,6 @@ Error in_step(const Error& error, const Simulation& system) {
   text.why += " (in step " + std::to_string(system.step_count() + 1) +
               " from t = " + brief(system.t()) + " s)";
   return Error(error.kind(), text);
-}
-
-long spring_count(const Simulation& system) {
-  long count = 0;
-  for (const auto& [family, springs] : system.families()) count += springs;
-  return count;
 }
 
 }  // namespace sim::cli

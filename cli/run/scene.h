@@ -12,13 +12,15 @@
 #include "core/base/error.h"
 #include "core/lua/limits.h"
 #include "core/output/file_plan.h"
+#include "core/report/replays.h"
 #include "core/report/study_words.h"
+#include "core/report/summary.h"
 #include "core/scene/simulation.h"
 #include "core/study/study.h"
 
 namespace sim::cli {
 
-using report::counted;
+using report::counted, report::spring_count;
 
 inline constexpr std::int64_t kMostThreads = 1024;
 
@@ -36,6 +38,10 @@ struct SceneRequest {
   // --plugin-path and --load: the registry has them, and printed commands repeat them.
   Folders plugin_path, libraries;
 };
+
+// The part of a request that recordings and pages tell, and a request with that part.
+report::NamedScene named_scene(const SceneRequest& request);
+SceneRequest with_scene(SceneRequest request, const report::NamedScene& named);
 
 // The same for one system, as Simulation takes it. Throws Error{kUsage} for an unknown integrator
 // or bad values.
@@ -59,8 +65,5 @@ std::string command_for(const SceneRequest& request);
 
 // The error of a right-hand side written in Lua, with the step it failed in.
 Error in_step(const Error& error, const Simulation& system);
-
-// Springs of all families.
-long spring_count(const Simulation& system);
 
 }  // namespace sim::cli

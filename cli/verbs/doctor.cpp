@@ -7,11 +7,11 @@
 #include <thread>
 #include <vector>
 
-#include "cli/run/engine_run.h"
 #include "cli/run/scene.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/engine/engine.h"
+#include "core/engine/engine_run.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/output/format.h"
 #include "core/output/process.h"
@@ -69,7 +69,7 @@ void Examination::optional_parts() {
   if (registry_)
     for (const std::string& name : registry_->names<engine::Engine>()) {
       try {
-        const auto engine = make_engine(name, *registry_);
+        const auto engine = engine::make_engine(name, *registry_);
         part(name, join(engine->programs(), ", "), "--engine " + name, "needs " + engine->needs());
       } catch (const Error&) {
         continue;  // told among the plugins

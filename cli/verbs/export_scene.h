@@ -17,6 +17,12 @@ int export_scene(const RunRequest& request, LoadedScene& scene, std::span<const 
 int export_state(const RunRequest& request, LoadedScene& scene, std::span<const Account> accounts,
                  FilePlan plan, Registry& registry, Console& console);
 
+// Writes request.export_to, a page with the kernel, the scene and an editor; `plan` has what was
+// read. Throws Error{kIo} where ./dev web has built no page, and Error{kUsage} for a scene of files
+// that a page cannot hold.
+int export_page(const RunRequest& request, const LoadedScene& scene, const Environment& environment,
+                FilePlan plan, Console& console);
+
 // Fills in the start of an import of results: the checkpoint and length of the folder, where the
 // request says nothing else.
 void complete_import(RunRequest& request, const Checkpoint& saved, Registry& registry);

@@ -1,9 +1,9 @@
 #include "cli/verbs/stability.h"
 
 #include "cli/run/study_progress.h"
-#include "cli/verbs/stability_chart.h"
 #include "cli/verbs/study.h"
 #include "core/output/output.h"
+#include "core/report/stability_chart.h"
 #include "core/report/stability_report.h"
 
 namespace sim::cli {
@@ -35,7 +35,7 @@ int stability(const StabilityRequest& request, const Environment& environment, R
         .announce = [&](double seconds) { progress.announce(seconds); }};
     const study::Stability result = study::stability(problem, options, progress.watch());
     texts.push_back(request.json ? report::stability_json(result) : report::stability_text(result));
-    if (picture) picture->buffer() += chart_of(result);
+    if (picture) picture->buffer() += report::chart_of(result);
   }
   progress.clear();
   if (picture) picture->commit();

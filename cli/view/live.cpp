@@ -5,10 +5,10 @@
 
 #include "cli/run/judged.h"
 #include "cli/run/recorder.h"
-#include "cli/run/replay_file.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/report/replays.h"
 #include "core/report/summary.h"
 
 namespace sim::cli {
@@ -277,7 +277,8 @@ void Live::let_go(std::uint64_t from) {
 void Live::act(std::uint64_t from, std::size_t system, Action action) {
   if (action.what == Action::What::kReset)
     throw Error(ErrorKind::kUsage, {"bad action", "", "a reset is of all systems", ""});
-  if (action.what == Action::What::kIntegrator) action.method = method_of(action, registry_);
+  if (action.what == Action::What::kIntegrator)
+    action.method = report::method_of(action, registry_);
   const auto same = [&](const Hand& each) {
     return each.system == system && each.particle == action.particle;
   };

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "cli/run/replay_file.h"
 #include "core/base/error.h"
+#include "core/report/replays.h"
 
 namespace sim::cli {
 
@@ -13,8 +13,8 @@ PageSession::Scene::Scene(const SceneRequest& asked, const Environment& environm
       loaded(load(asked, environment, registry)),
       live(loaded, asked, registry, number),
       page(live.scene(), false),
-      writer([this](std::string_view lines) { recorded += lines; }, recording_header(asked),
-             loaded.spec.world) {
+      writer([this](std::string_view lines) { recorded += lines; },
+             report::recording_header(named_scene(asked)), loaded.spec.world) {
   live.player().record(writer);
 }
 

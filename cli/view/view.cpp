@@ -12,8 +12,6 @@
 #include <memory>
 #include <optional>
 
-#include "cli/run/recording_file.h"
-#include "cli/run/replay_file.h"
 #include "cli/terminal/cells.h"
 #include "cli/terminal/signals.h"
 #include "cli/view/browser_launch.h"
@@ -22,6 +20,8 @@
 #include "cli/view/terminal.h"
 #include "core/base/error.h"
 #include "core/output/view.h"
+#include "core/report/recording_file.h"
+#include "core/report/replays.h"
 
 namespace sim::cli {
 namespace {
@@ -248,16 +248,16 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
   const Screen screen(request, registry);
   Stage stage(request, environment, registry);
 
-  std::optional<RecordingFile> file;
+  std::optional<report::RecordingFile> file;
   std::optional<RecordingWriter> writer;
   if (request.record) {
     FilePlan plan;
     plan_inputs(stage.spec(), registry, plan);
     plan.writes("--record", *request.record);
     plan.check();
-    file.emplace(*request.record, console.err);
+    file.emplace(*request.record, [&](const std::string& why) { print_error(console.err, why); });
     writer.emplace([&file](std::string_view lines) { file->append(lines); },
-                   recording_header(request.scene), stage.spec().world);
+                   report::recording_header(named_scene(request.scene)), stage.spec().world);
     stage.live().player().record(*writer);
   }
 

@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "cli/run/environment.h"
-#include "cli/run/replay_file.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/luacats.h"
 #include "cli/verbs/stability.h"
 #include "cli/verbs/tradeoff.h"
 #include "cli/view/page_session.h"
 #include "core/base/error.h"
+#include "core/report/replays.h"
 
 namespace sim::cli {
 namespace {
@@ -33,15 +33,15 @@ struct Page {
 
 // A file of the module's own file system, with the header of a recording: lines as "set n=3".
 SceneRequest request_of(const char* file, const char* header) {
-  RecordingHeader words;
+  sim::report::RecordingHeader words;
   std::istringstream lines{std::string(header)};
   for (std::string line; std::getline(lines, line);)
     if (const std::size_t blank = line.find(' '); blank != std::string::npos)
       words.emplace_back(line.substr(0, blank), line.substr(blank + 1));
-  SceneRequest request;
-  request.scene = file;
-  complete(request, words, "the page");
-  return request;
+  sim::report::NamedScene named;
+  named.scene = file;
+  complete(named, words, "the page");
+  return with_scene({}, named);
 }
 
 }  // namespace

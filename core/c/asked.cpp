@@ -68,12 +68,23 @@ Asked asked_of(const sim_options* given) {
   asked.threads = Threads(std::max(1, options->threads));
   asked.safe = options->safe != 0;
   asked.seed = options->seed;
+  if (asked.safe) asked.limits = safe_limits();
+  if (options->lua_budget) {
+    asked.limits.steps_in_all = true;
+    asked.limits = with_budget(asked.limits, "lua_budget", options->lua_budget);
+  }
   return asked;
 }
 
 Environment environment_of(const Asked& asked) {
   return find_environment(prefix_of_library(), asked.folders);
 }
+
+std::filesystem::path helper_of_library(const std::string& name) {
+  return library_folder(prefix_of_library()) / name;
+}
+
+std::filesystem::path page_of_library() { return page_with_kernel(prefix_of_library()); }
 
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment) {
   if (environment.plugin_folders.empty() && asked.libraries.empty() && linked_plugins().empty())
@@ -93,22 +104,25 @@ RunOptions run_options(const SceneVariant& variant, const Asked& asked, const Sy
 }
 
 StudiedScene load(const std::string& name, const char* text, const Asked& asked,
-                  const SceneVariant& variant, Registry& registry, std::function<bool()> stop) {
+                  const SceneVariant& variant, Registry& registry,
+                  const std::function<bool()>& stop) {
   if (!variant.integrator.name.empty())
     study::typed(variant.integrator, variant.integrator.name, registry);
   SceneOptions options{.search_path = environment_of(asked).scene_folders,
                        .settings = variant.settings,
                        .seed = asked.seed,
-                       .limits = asked.safe ? safe_limits() : LuaLimits(),
+                       .limits = asked.limits,
                        .safe = asked.safe,
-                       .interrupted = std::move(stop)};
+                       .interrupted = stop};
   if (text) options.text = text;
   StudiedScene scene;
   scene.spec = load_scene(name, registry, options);
   for (const std::string& part : variant.without) study::leave_out(part, scene.spec);
   for (const std::string& part : variant.off) study::turn_off(part, scene.spec);
-  for (const SystemSpec& system : scene.spec.systems)
+  for (const SystemSpec& system : scene.spec.systems) {
+    if (stop && stop()) throw Stopped();
     scene.systems.emplace_back(system, registry, run_options(variant, asked, system, registry));
+  }
   return scene;
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/c/sim.h"
 #include "core/lua/environment.h"
+#include "core/lua/limits.h"
 #include "core/study/budget.h"
 #include "core/study/study.h"
 
@@ -20,6 +21,7 @@ struct Asked {
   Folders folders, libraries;
   Threads threads;
   bool safe = false;
+  LuaLimits limits = {};
   std::uint64_t seed = 0;
 };
 
@@ -37,12 +39,17 @@ Asked asked_of(const sim_options* options);
 // The environment that is installed with this library, or else the tree that it was built from.
 Environment environment_of(const Asked& asked);
 
+// Files that are installed with this library; they need not be there.
+std::filesystem::path helper_of_library(const std::string& name);
+std::filesystem::path page_of_library();
+
 std::unique_ptr<Registry> registry_of(const Asked& asked, const Environment& environment);
 
 // The scene in this variant; with `text` as the contents of the file `name`. Functions of the scene
 // end with an error where `stop` returns true.
 StudiedScene load(const std::string& name, const char* text, const Asked& asked,
-                  const SceneVariant& variant, Registry& registry, std::function<bool()> stop = {});
+                  const SceneVariant& variant, Registry& registry,
+                  const std::function<bool()>& stop = {});
 
 RunOptions run_options(const SceneVariant& variant, const Asked& asked, const SystemSpec& system,
                        Registry& registry);

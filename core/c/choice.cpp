@@ -108,6 +108,7 @@ char* sim_choose(sim_scene* scene, const char* allowed, const char* of, double t
     const InCall call(scene);
     if (std::isnan(time) || std::isinf(time))
       refuse("bad value", "time", "it is not a finite number", "give it in s");
+    refuse_in_record(*scene, "choose");
     if (scene->generation != scene->chosen_at)
       refuse("not at its start", "scene",
              "trials begin with the state of the scene, which was stepped or changed since",

@@ -3,21 +3,20 @@
 
 #include "commit.h"
 #include "core/c/handles.h"
+#include "core/engine/engine_run.h"
 #include "core/lua/scene/scene_file.h"
-#include "core/output/file_plan.h"
 #include "core/report/checkpoint_file.h"
 
 using namespace sim;
 using namespace sim::c;
 
-namespace {
+namespace sim::c {
 
 report::CheckpointOrigin origin_of(const sim_scene& scene) {
   return {scene.name, scene.asked.variant.settings, scene.asked.seed,
           report::program_line(SIM_VERSION, SIM_COMMIT, SIM_COMPILER)};
 }
 
-// The books of the last run, or of the checkpoint, where these are of the present state.
 std::vector<report::Account> accounts_now(const sim_scene& scene) {
   if (scene.accounts_at == scene.generation) return scene.accounts;
   std::vector<report::Account> accounts;
@@ -26,7 +25,29 @@ std::vector<report::Account> accounts_now(const sim_scene& scene) {
   return accounts;
 }
 
-void resume(sim_scene& scene, const Checkpoint& saved, const std::string& file) {
+report::NamedScene named_scene(const sim_scene& scene) {
+  return {scene.asked.variant, scene.name, scene.asked.seed};
+}
+
+std::string checked_file(const char* file, const std::string& what) {
+  std::string name = checked_text(file, "file");
+  if (name.empty() || name == "-" || is_stream(name))
+    refuse("no file for " + what, "file '" + name + "'", "it is no regular file",
+           "give the name of one");
+  return name;
+}
+
+FilePlan plan_of(const sim_scene& scene) {
+  FilePlan plan;
+  plan_inputs(scene.loaded.spec, *scene.registry, plan);
+  return plan;
+}
+
+}  // namespace sim::c
+
+namespace {
+
+void resume_scene(sim_scene& scene, const Checkpoint& saved, const std::string& file) {
   ++scene.generation;
   scene.verdicts.clear();
   scene.choices.clear();
@@ -42,12 +63,8 @@ extern "C" {
 int sim_save(const sim_scene* scene, const char* file, sim_error* error) {
   return guarded(error, [&] {
     const InCall call(scene);
-    const std::string name = checked_text(file, "file");
-    if (name.empty() || name == "-" || is_stream(name))
-      refuse("no file for a checkpoint", "file '" + name + "'", "it is no regular file",
-             "give the name of one");
-    FilePlan plan;
-    plan_inputs(scene->loaded.spec, *scene->registry, plan);
+    const std::string name = checked_file(file, "a checkpoint");
+    FilePlan plan = plan_of(*scene);
     plan.writes("the checkpoint", name);
     plan.check();
     report::make_checkpoint(name, origin_of(*scene), scene->loaded, *scene->registry,
@@ -59,20 +76,34 @@ int sim_save(const sim_scene* scene, const char* file, sim_error* error) {
 int sim_resume(sim_scene* scene, const char* file, sim_error* error) {
   return guarded(error, [&] {
     const InCall call(scene);
+    refuse_in_record(*scene, "resume");
     const std::string name = checked_text(file, "file");
-    resume(*scene, report::read_checkpoint(name), name);
+    resume_scene(*scene, report::read_checkpoint(name), name);
   });
 }
 
 sim_scene* sim_open_saved(const char* file, const sim_options* options, sim_error* error) {
+  return sim_open_saved_watched(file, options, nullptr, nullptr, error);
+}
+
+sim_scene* sim_open_saved_watched(const char* file, const sim_options* options, sim_watch watch,
+                                  void* user, sim_error* error) {
   return guarded_pointer(error, [&] {
-    const std::string name = checked_text(file, "file");
-    const Checkpoint saved = report::read_checkpoint(name);
+    std::string name = checked_text(file, "file");
     Asked asked = asked_of(options);
+    // The start of an export, whose notes say which parts were left out.
+    if (std::error_code failed; std::filesystem::is_directory(name, failed)) {
+      const auto registry = registry_of(asked, environment_of(asked));
+      const engine::EngineNotes notes = engine::read_engine_notes(name, *registry);
+      if (asked.variant.without.empty()) asked.variant.without = notes.without;
+      name += std::string("/") + engine::kEngineStart;
+    }
+    const Checkpoint saved = report::read_checkpoint(name);
     asked.variant.settings.insert(saved.settings.begin(), saved.settings.end());
     if (asked.seed == 0) asked.seed = saved.seed;
-    std::unique_ptr<sim_scene> scene = opened(saved.scene, nullptr, asked);
-    resume(*scene, saved, name);
+    Watcher watcher(watch, user);
+    std::unique_ptr<sim_scene> scene = opened(saved.scene, nullptr, asked, watcher);
+    resume_scene(*scene, saved, name);
     return scene.release();
   });
 }

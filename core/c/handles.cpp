@@ -78,13 +78,18 @@ InCall::~InCall() {
     delete scene_;
 }
 
-std::unique_ptr<sim_scene> opened(const std::string& name, const char* text, const Asked& asked) {
+std::unique_ptr<sim_scene> opened(const std::string& name, const char* text, const Asked& asked,
+                                  Watcher& watcher) {
   auto scene = std::make_unique<sim_scene>();
   scene->name = name;
+  scene->from_file = !text;
   scene->asked = asked;
   scene->registry = registry_of(asked, environment_of(asked));
-  scene->loaded = load(name, text, asked, asked.variant, *scene->registry,
-                       [stop = scene->stop] { return stop->asked(); });
+  const Stop::By question(*scene->stop, [&] { return watcher.stopped("scene", 0); });
+  scene->loaded = stoppable_by(watcher, [&] {
+    return load(name, text, asked, asked.variant, *scene->registry,
+                [stop = scene->stop] { return stop->asked(); });
+  });
   listen(*scene);
   return scene;
 }

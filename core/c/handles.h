@@ -12,9 +12,13 @@
 
 #include "core/c/asked.h"
 #include "core/c/guard.h"
+#include "core/c/record.h"
 #include "core/c/sim.h"
 #include "core/c/stop.h"
+#include "core/c/watcher.h"
+#include "core/output/file_plan.h"
 #include "core/report/checkpoint_file.h"
+#include "core/report/replays.h"
 #include "core/study/accuracy/error_goal.h"
 #include "core/study/run/track.h"
 #include "core/study/study.h"
@@ -25,6 +29,7 @@ struct sim_scene {
   mutable std::atomic<State> state = State::kFree;
   std::unique_ptr<sim::Registry> registry;
   std::string name;  // as it was asked for
+  bool from_file = false;
   sim::c::Asked asked;
   sim::StudiedScene loaded;
   std::shared_ptr<const char> self = std::make_shared<const char>('\0');  // snapshots know it by it
@@ -45,6 +50,7 @@ struct sim_scene {
   std::shared_ptr<bool> field_stopped = std::make_shared<bool>(false);
   // The question of the present call; steps and functions of the scene ask it.
   std::shared_ptr<sim::c::Stop> stop = std::make_shared<sim::c::Stop>();
+  std::unique_ptr<sim::c::SceneRecord> record = nullptr;  // of what is done with it
 };
 
 struct sim_snapshot {
@@ -67,8 +73,23 @@ class InCall {
   const sim_scene* scene_;
 };
 
-// The scene of a file, or of its text. Throws Error.
-std::unique_ptr<sim_scene> opened(const std::string& name, const char* text, const Asked& asked);
+// The scene of a file, or of its text. Throws Error, and Stopped where the watcher says so.
+std::unique_ptr<sim_scene> opened(const std::string& name, const char* text, const Asked& asked,
+                                  Watcher& watcher);
+
+// The request for the scene, as recordings and pages tell it; for checkpoints with the program.
+report::NamedScene named_scene(const sim_scene& scene);
+report::CheckpointOrigin origin_of(const sim_scene& scene);
+
+// The name of a file that is written whole; `what` goes there. Throws Error{kUsage} for standard
+// output and what is no regular file.
+std::string checked_file(const char* file, const std::string& what);
+
+// Writers of the files of the scene may not write over these.
+FilePlan plan_of(const sim_scene& scene);
+
+// The books of the last run, or of the checkpoint, where these are of the present state.
+std::vector<report::Account> accounts_now(const sim_scene& scene);
 
 // The systems of the scene, which are new, ask scene.stop in long steps.
 void listen(sim_scene& scene);

@@ -7,7 +7,6 @@
 #include "core/c/handles.h"
 #include "core/c/pictures.h"
 #include "core/c/watcher.h"
-#include "core/output/file_plan.h"
 #include "core/output/make_writer.h"
 #include "core/output/png.h"
 #include "core/picture/quantity.h"
@@ -42,14 +41,20 @@ std::vector<Model> models_of(sim_scene& scene) {
   return models;
 }
 
-unsigned char* drawn(sim_scene& scene, const LookSpec& asked, size_t& size) {
+unsigned char* drawn(sim_scene& scene, const LookSpec& asked, size_t& size,
+                     sim_watch watch = nullptr, void* user = nullptr) {
+  Watcher watcher(watch, user);
+  const std::function<bool()> stop = [&] { return watcher.stopped("picture", 0.5); };
   Look look = look_of(scene.loaded.spec, asked);
   const std::vector<Model> models = models_of(scene);
   const Moment moment = moment_of(scene);
   // Quantities of a whole run have no colour here.
   if (quantity(models[0], moment[0], look.colour).empty()) look.colour = "none";
   Gallery gallery(models, {&moment, 1}, look);
-  const std::string bytes = png(gallery.draw(0));
+  gallery.stop_when(stop);
+  const Image& image = gallery.draw(0);
+  const std::string bytes = watcher.told() ? "" : png(image, stop);
+  if (watcher.told()) throw Stopped();
   auto* const block = static_cast<unsigned char*>(std::malloc(bytes.size()));
   if (!block) throw std::bad_alloc();
   std::memcpy(block, bytes.data(), bytes.size());
@@ -59,8 +64,7 @@ unsigned char* drawn(sim_scene& scene, const LookSpec& asked, size_t& size) {
 
 std::unique_ptr<sim_writer> opened_writer(sim_scene& scene, const std::string& file,
                                           double frames_per_second, const LookSpec& look) {
-  FilePlan plan;
-  plan_inputs(scene.loaded.spec, *scene.registry, plan);
+  FilePlan plan = plan_of(scene);
   std::vector<std::string> names;
   for (const Simulation& system : scene.loaded.systems) names.push_back(system.name());
   for (const std::string& name : written_names(file, names)) plan.writes("the file", name);
@@ -100,6 +104,12 @@ LookSpec look_spec(const sim_look* given) {
   return spec;
 }
 
+void write_state(sim_scene& scene, const std::string& file) {
+  const std::unique_ptr<sim_writer> writer = opened_writer(scene, file, 0, {});
+  writer->writer->add(moment_of(scene));
+  writer->writer->commit();
+}
+
 }  // namespace sim::c
 
 extern "C" {
@@ -119,6 +129,14 @@ unsigned char* sim_draw(sim_scene* scene, const sim_look* look, size_t* size, si
   return guarded_pointer(error, [&] {
     const InCall call(scene);
     return drawn(*scene, look_spec(look), checked(size, "size"));
+  });
+}
+
+unsigned char* sim_draw_watched(sim_scene* scene, const sim_look* look, size_t* size,
+                                sim_watch watch, void* user, sim_error* error) {
+  return guarded_pointer(error, [&] {
+    const InCall call(scene);
+    return drawn(*scene, look_spec(look), checked(size, "size"), watch, user);
   });
 }
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/c/choice.h"
 #include "core/c/handles.h"
+#include "core/c/run.h"
 #include "core/c/watcher.h"
 #include "core/output/format.h"
 #include "core/report/check.h"
@@ -12,7 +12,6 @@
 #include "core/report/rest_report.h"
 #include "core/report/summary.h"
 #include "core/study/run/follow.h"
-#include "core/study/run/run_length.h"
 #include "core/study/run/verification.h"
 
 using namespace sim;
@@ -51,15 +50,77 @@ void give_up(std::vector<Track>& tracks) {
 }
 
 // The choice was made for this run: what it measured verifies it.
-bool is_chosen_run(const sim_scene& scene, double time) {
-  return !scene.choices.empty() && scene.generation == scene.chosen_at &&
-         std::max(0.0, time) == std::max(0.0, scene.chosen.time);
+bool is_chosen_run(const sim_scene& scene, const RunTask& task) {
+  return !task.replays && !task.engine && !scene.choices.empty() &&
+         scene.generation == scene.chosen_at &&
+         std::max(0.0, task.time) == std::max(0.0, scene.chosen.time);
 }
 
-void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
+// Another program's steps, one run a system.
+std::vector<std::unique_ptr<engine::EngineRun>> engines_of(const RunTask& task, sim_scene& scene,
+                                                           std::vector<Track>& tracks,
+                                                           const std::function<bool()>& stop) {
+  std::vector<std::unique_ptr<engine::EngineRun>> engines;
+  const bool world = scene.loaded.spec.world;
+  for (std::size_t i = 0; task.engine && i < tracks.size(); ++i) {
+    engine::EngineRequest own = *task.engine;
+    if (world && !own.results.empty()) own.results += "/" + tracks[i].system().name();
+    const std::int64_t strides[] = {tracks[i].row_stride()};
+    engines.push_back(std::make_unique<engine::EngineRun>(
+        own, scene.loaded.spec.systems[i], tracks[i],
+        engine::moments_of(tracks[i], strides, own.launch.words.empty() ? own.launch.ranks : 0),
+        *scene.registry, stop));
+  }
+  return engines;
+}
+
+// The steps of a recording or of engines; empty for those of the kernel.
+study::Advance advance_of(const RunTask& task, const sim_scene& scene, std::vector<Track>& tracks,
+                          std::vector<std::unique_ptr<engine::EngineRun>>& engines) {
+  const auto index = [&tracks](const Track& track) {
+    return static_cast<std::size_t>(&track - tracks.data());
+  };
+  if (task.replays)
+    return [&task, &scene, index](Track& track, std::int64_t most) {
+      const std::size_t i = index(track);
+      task.replays->perform(i, track);
+      const bool calls_scene = scene.loaded.spec.systems[i].one_thread;
+      const std::int64_t due = task.replays->due(i, track.system());
+      return track.advance(calls_scene ? 1 : std::min(most, due));
+    };
+  if (!task.engine) return {};
+  return [&task, &engines, index](Track& track, std::int64_t) {
+    engine::EngineRun& engine = *engines[index(track)];
+    const bool advanced = engine.advance(track);
+    if (std::string note = engine.take_note(); !note.empty() && task.notes)
+      task.notes->push_back(std::move(note));
+    return advanced ? 1 : 0;
+  };
+}
+
+// A recording has whole steps.
+void check_recorded(const sim_scene& scene, const Track& track) {
+  if (scene.record && track.end() < track.system().t(track.steps()))
+    refuse("not in a recording", "time",
+           "the last step would be shorter than the others, and a recording has whole ones",
+           "give a multiple of dt, or take steps");
+}
+
+}  // namespace
+
+namespace sim::c {
+
+void check_verify(int verify) {
+  if (verify < 0 || verify > 2)
+    refuse("bad value", "verify " + std::to_string(verify), "it is 0, 1 or 2", "1 is usual");
+}
+
+void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
   using Clock = std::chrono::steady_clock;
-  if (scene.generation == 1 && asks_for_error(scene)) choose(scene, {.time = time}, watcher);
-  const bool chosen = is_chosen_run(scene, time);
+  const double time = task.time;
+  if (!task.replays && !task.engine && scene.generation == 1 && asks_for_error(scene))
+    choose(scene, {.time = time}, watcher);
+  const bool chosen = is_chosen_run(scene, task);
   const bool goes_on = scene.resumed && scene.accounts_at == scene.generation;
   scene.resumed = false;
   ++scene.generation;
@@ -78,11 +139,17 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   tracks.reserve(loaded.systems.size());
   for (std::size_t i = 0; i < loaded.systems.size(); ++i) {
     Simulation& system = loaded.systems[i];
-    const study::RunLength length{time > 0 ? system.t() + time : system.duration(), {}};
+    study::RunLength length{time > 0 ? system.t() + time : system.duration(), {}};
+    if (task.length) length = *task.length;
+    if (task.replays) length = {{}, task.replays->steps(i)};
     const std::int64_t steps = std::max(study::steps_of(length, system), system.step_count());
-    tracks.emplace_back(loaded.spec.systems[i], system, steps, Track::kNever, Track::kNever,
+    const std::int64_t rows = task.engine
+                                  ? task.rows.value_or(study::row_stride(steps, loaded.spec.world))
+                                  : Track::kNever;
+    tracks.emplace_back(loaded.spec.systems[i], system, steps, Track::kNever, rows,
                         scene.registry.get());
     study::shorten(length, tracks.back());
+    check_recorded(scene, tracks.back());
     tracks.back().judge(figures_of(loaded.spec.systems[i], scene.judged));
     if (goes_on) {
       tracks.back().continue_from(scene.accounts[i].start_energy, scene.accounts[i].work);
@@ -95,7 +162,10 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   running = &tracks;
   const Clock::time_point begin = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
-  const study::VerificationPlan plan{.wish = static_cast<study::Verify>(wish)};
+  const study::VerificationPlan plan{.wish = static_cast<study::Verify>(task.verify)};
+  std::vector<std::unique_ptr<engine::EngineRun>> engines = engines_of(task, scene, tracks, stop);
+  for (const auto& each : engines) each->start();
+  const study::Advance advance = advance_of(task, scene, tracks, engines);
   bool early = true;
   const auto verify_beside = [&] {
     if (!early || seconds() < Track::kQuick) return;
@@ -104,7 +174,9 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
                          [&] { return watcher.told(); });
   };
   try {
-    study::follow_all(tracks, stop, verify_beside);
+    study::follow_all(tracks, stop, verify_beside, advance);
+    for (std::size_t i = 0; task.replays && i < tracks.size(); ++i)
+      if (tracks[i].finished()) task.replays->perform(i, tracks[i]);
   } catch (const Error&) {
     if (!watcher.told()) throw;
     give_up(tracks);
@@ -120,6 +192,10 @@ void run(sim_scene& scene, double time, int wish, Watcher& watcher) {
   scene.accounts = report::accounts_of(tracks);
   scene.accounts_at = scene.generation;
 }
+
+}  // namespace sim::c
+
+namespace {
 
 const study::Verdict& verdict_of(const sim_scene* scene, int system) {
   system_of(scene, system);
@@ -137,10 +213,11 @@ int sim_run(sim_scene* scene, double time, int verify, sim_watch watch, void* us
   return guarded(error, [&] {
     const InCall call(scene);
     if (std::isnan(time)) refuse("bad value", "time", "it is not a number", "give it in s");
-    if (verify < 0 || verify > 2)
-      refuse("bad value", "verify " + std::to_string(verify), "it is 0, 1 or 2", "1 is usual");
+    check_verify(verify);
     Watcher watcher(watch, user);
-    stoppable_by(watcher, [&] { stoppable(*scene, [&] { run(*scene, time, verify, watcher); }); });
+    stoppable_by(watcher, [&] {
+      stoppable(*scene, [&] { c::run(*scene, {.time = time, .verify = verify}, watcher); });
+    });
     if (watcher.told()) throw Stopped();
   });
 }
@@ -198,6 +275,7 @@ int sim_check(const sim_scene* scene, const char* limits, sim_error* error) {
 char* sim_come_to_rest(sim_scene* scene, sim_watch watch, void* user, sim_error* error) {
   return guarded_pointer(error, [&] {
     const InCall call(scene);
+    refuse_in_record(*scene, "come_to_rest");
     Watcher watcher(watch, user);
     ++scene->generation;
     std::vector<std::string> texts;

@@ -9,7 +9,6 @@
 #include "core/output/format.h"
 #include "core/particles/constraints/constraint_system.h"
 #include "core/report/plugin_json.h"
-#include "core/study/method_text.h"
 
 using namespace sim;
 using namespace sim::c;
@@ -58,15 +57,17 @@ Vec3 vector_of(const double* numbers, const char* name) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-// A change of one system between two steps.
-template <class Change>
-int changed(sim_scene* scene, int system, sim_error* error, Change change,
+// A change of one system between two steps: the action that action_of() makes.
+template <class ActionOf>
+int changed(sim_scene* scene, int system, sim_error* error, ActionOf action_of,
             const char* function = __builtin_FUNCTION()) noexcept {
   const auto work = [&] {
     const InCall call(scene);
     Simulation& one = system_of(scene, system);
     ++scene->generation;
-    change(one);
+    const Action action = action_of(one);
+    apply(one, action);
+    if (scene->record) scene->record->action(static_cast<std::size_t>(system), action);
   };
   return guarded(error, work, function);
 }
@@ -82,6 +83,12 @@ Fact fact(const sim_scene* scene, int system, Fact none, Get get) noexcept {
   return found;
 }
 
+sim_scene* open_scene(const char* name, const char* text, const sim_options* options,
+                      sim_watch watch = nullptr, void* user = nullptr) {
+  Watcher watcher(watch, user);
+  return opened(checked_text(name, "name"), text, asked_of(options), watcher).release();
+}
+
 }  // namespace
 
 extern "C" {
@@ -93,17 +100,18 @@ const char* sim_version(void) { return SIM_VERSION; }
 void sim_free(void* block) { std::free(block); }
 
 sim_scene* sim_open(const char* name, const sim_options* options, sim_error* error) {
-  return guarded_pointer(error, [&] {
-    return opened(checked_text(name, "name"), nullptr, asked_of(options)).release();
-  });
+  return guarded_pointer(error, [&] { return open_scene(name, nullptr, options); });
 }
 
 sim_scene* sim_open_text(const char* text, const char* name, const sim_options* options,
                          sim_error* error) {
-  return guarded_pointer(error, [&] {
-    return opened(checked_text(name, "name"), checked_text(text, "text"), asked_of(options))
-        .release();
-  });
+  return guarded_pointer(error,
+                         [&] { return open_scene(name, checked_text(text, "text"), options); });
+}
+
+sim_scene* sim_open_watched(const char* name, const char* text, const sim_options* options,
+                            sim_watch watch, void* user, sim_error* error) {
+  return guarded_pointer(error, [&] { return open_scene(name, text, options, watch, user); });
 }
 
 sim_scene* sim_open_field(sim_field field, void* user, const double* x0, size_t n, double duration,
@@ -206,6 +214,7 @@ int sim_reset(sim_scene* scene, sim_error* error) {
   return guarded(error, [&] {
     const InCall call(scene);
     ++scene->generation;
+    if (scene->record) scene->record->reset();
     for (Simulation& system : scene->loaded.systems) system.reset();
   });
 }
@@ -248,6 +257,7 @@ int sim_snapshot_restore(sim_scene* scene, const sim_snapshot* snapshot, sim_err
     if (checked(snapshot, "snapshot").scene != scene->self)
       refuse("another scene's snapshot", "snapshot", "it was not taken of this handle",
              "restore it there");
+    refuse_in_record(*scene, "snapshot_restore");
     ++scene->generation;
     for (std::size_t i = 0; i < snapshot->systems.size(); ++i)
       scene->loaded.systems[i].restore(snapshot->systems[i]);
@@ -363,51 +373,60 @@ int sim_springs(const sim_scene* scene, int system, int particle, sim_spring* sp
 
 int sim_set_position(sim_scene* scene, int system, int particle, const double x[3],
                      sim_error* error) {
-  return changed(scene, system, error,
-                 [&](Simulation& one) { one.set_position(particle, vector_of(x, "x")); });
+  return changed(scene, system, error, [&](const Simulation&) {
+    return Action{.what = Action::What::kPosition, .particle = particle, .x = vector_of(x, "x")};
+  });
 }
 
 int sim_set_velocity(sim_scene* scene, int system, int particle, const double v[3],
                      sim_error* error) {
-  return changed(scene, system, error,
-                 [&](Simulation& one) { one.set_velocity(particle, vector_of(v, "v")); });
+  return changed(scene, system, error, [&](const Simulation&) {
+    return Action{.what = Action::What::kVelocity, .particle = particle, .x = vector_of(v, "v")};
+  });
 }
 
 int sim_set_component(sim_scene* scene, int system, int component, double value, sim_error* error) {
-  return changed(scene, system, error, [&](Simulation& one) {
+  return changed(scene, system, error, [&](const Simulation& one) {
     const int count = one.flat() ? static_cast<int>(one.components()) : 0;
     if (component < 0 || component >= count)
       refuse("no such component", std::to_string(component),
              "the state has " + std::to_string(count) + " numbers of its own",
              count > 0 ? "they count from 0" : "set positions and velocities");
-    one.set_component(component, value);
+    return Action{.what = Action::What::kComponent, .particle = component, .value = value};
   });
 }
 
 int sim_set_pinned(sim_scene* scene, int system, int particle, int pinned, sim_error* error) {
-  return changed(scene, system, error,
-                 [&](Simulation& one) { one.set_pinned(particle, pinned != 0); });
+  return changed(scene, system, error, [&](const Simulation&) {
+    return Action{.what = pinned != 0 ? Action::What::kPin : Action::What::kUnpin,
+                  .particle = particle};
+  });
 }
 
 int sim_set_switch(sim_scene* scene, int system, const char* name, int on, sim_error* error) {
-  return changed(scene, system, error,
-                 [&](Simulation& one) { one.set_switch(checked_text(name, "name"), on != 0); });
+  return changed(scene, system, error, [&](const Simulation&) {
+    return Action{.what = Action::What::kSwitch, .on = on != 0, .name = checked_text(name, "name")};
+  });
 }
 
 int sim_set_dt(sim_scene* scene, int system, double dt, sim_error* error) {
-  return changed(scene, system, error, [&](Simulation& one) { one.set_dt(dt); });
+  return changed(scene, system, error,
+                 [&](const Simulation&) { return Action{.what = Action::What::kDt, .value = dt}; });
 }
 
 int sim_set_integrator(sim_scene* scene, int system, const char* integrator, sim_error* error) {
-  return changed(scene, system, error, [&](Simulation& one) {
-    const MethodChoice choice = study::parse_integrator(checked_text(integrator, "integrator"));
-    one.set_integrator(
-        Method(*scene->registry, study::typed(choice, choice.name, *scene->registry)));
+  return changed(scene, system, error, [&](const Simulation&) {
+    Action action{.what = Action::What::kIntegrator,
+                  .name = checked_text(integrator, "integrator")};
+    action.method = report::method_of(action, *scene->registry);
+    return action;
   });
 }
 
 int sim_cut(sim_scene* scene, int system, int a, int b, sim_error* error) {
-  return changed(scene, system, error, [&](Simulation& one) { one.cut(a, b); });
+  return changed(scene, system, error, [&](const Simulation&) {
+    return Action{.what = Action::What::kCut, .particle = a, .other = b};
+  });
 }
 
 }  // extern "C"

@@ -68,10 +68,12 @@ typedef struct sim_options {
   int threads;                  /* that a step may use; 0: 1. Bits do not depend on it */
   int safe;                     /* not 0: a stranger's scene, with no plugins of its own */
   uint64_t seed;                /* of random numbers in the scene */
+  const char* lua_budget;       /* since 1.1: of the scene's Lua, "time=60,memory=4096,steps=1e9":
+                                   s and MB in the whole run, as --lua-budget */
 } sim_options;
 
 #define SIM_OPTIONS \
-  { sizeof(sim_options), 0, 0, 0, 0, 0, 0, 0.0, 0, 0, 0 }
+  { sizeof(sim_options), 0, 0, 0, 0, 0, 0, 0.0, 0, 0, 0, 0 }
 
 /* SIM_MAJOR * 1000 + SIM_MINOR of the library, and the version of the program, "0.2.0". */
 int sim_interface_version(void);
@@ -83,6 +85,10 @@ void sim_free(void* block); /* of what this library gave away; null is legal */
 sim_scene* sim_open(const char* name, const sim_options* options, sim_error* error);
 sim_scene* sim_open_text(const char* text, const char* name, const sim_options* options,
                          sim_error* error);
+/* Since 1.1: the same, where `text` is null of a file, with somebody who is asked while the scene
+ * is read and made: SIM_STOPPED. */
+sim_scene* sim_open_watched(const char* name, const char* text, const sim_options* options,
+                            sim_watch watch, void* user, sim_error* error);
 void sim_close(sim_scene* scene); /* null is legal */
 
 /* A first-order system of one's own, dx/dt = f(t, x) with n numbers: `field` fills in dxdt and
@@ -143,6 +149,22 @@ char* sim_come_to_rest(sim_scene* scene, sim_watch watch, void* user, sim_error*
 int sim_save(const sim_scene* scene, const char* file, sim_error* error);
 int sim_resume(sim_scene* scene, const char* file, sim_error* error);
 sim_scene* sim_open_saved(const char* file, const sim_options* options, sim_error* error);
+sim_scene* sim_open_saved_watched(const char* file, const sim_options* options, sim_watch watch,
+                                  void* user, sim_error* error);
+
+/* Since 1.1: recordings, the files of --record and --replay: the scene's file, and then changes
+ * with the steps between them, as lines of text. A recording begins with the initial state;
+ * changes, resets and whole steps go into it until sim_record_end(), or sim_close(), which cannot
+ * tell that lines are missing. It refuses what it cannot tell: checkpoints, snapshots,
+ * sim_choose(), sim_come_to_rest(). A scene replays what one that was opened likewise has recorded,
+ * in a judged run: SIM_CHECK where the bits are others; where the scene is another its bits are not
+ * compared. Or it is opened with what the recording names, over which `options` come. */
+int sim_record(sim_scene* scene, const char* file, sim_error* error);
+int sim_record_end(sim_scene* scene, sim_error* error);
+sim_scene* sim_open_recorded(const char* file, const sim_options* options, sim_watch watch,
+                             void* user, sim_error* error);
+int sim_replay(sim_scene* scene, const char* file, int verify, sim_watch watch, void* user,
+               sim_error* error);
 
 sim_snapshot* sim_snapshot_take(const sim_scene* scene, sim_error* error);
 int sim_snapshot_restore(sim_scene* scene, const sim_snapshot* snapshot, sim_error* error);
@@ -230,6 +252,8 @@ const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number *
  *   of=NAME, time=S           what is judged, and for how long: tradeoff, order, compare, sweep
  *   integrators=A,B           tradeoff, stability, order, compare
  *   budget=1%                 tradeoff
+ *   csv=FILE                  tradeoff, since 1.1: a table of all runs, .csv or .jsonl
+ *   svg=FILE                  tradeoff, stability, since 1.1: the plot; of one system
  *   at=S                      stability: in the state that the run has reached then
  *   dt=S,S                    compare: a step for all methods or for each; 0 is the scene's own
  *   reference=A, reference_dt=S  compare: errors against a run of this, in place of a reference
@@ -265,6 +289,9 @@ typedef struct sim_look {
   { sizeof(sim_look), 0, 0, 0, 0, 0, 0 }
 
 unsigned char* sim_draw(sim_scene* scene, const sim_look* look, size_t* size, sim_error* error);
+/* Since 1.1: with somebody who is asked, as large pictures take long: SIM_STOPPED. */
+unsigned char* sim_draw_watched(sim_scene* scene, const sim_look* look, size_t* size,
+                                sim_watch watch, void* user, sim_error* error);
 
 /* A file of any kind that --out knows, by its ending; it takes its name at sim_writer_commit(), and
  * without that none is left. The scene outlives the writer. */
@@ -277,6 +304,28 @@ int sim_writer_finish(sim_writer* writer, sim_watch watch, void* user, sim_error
 int sim_writer_add(sim_writer* writer, sim_error* error); /* the scene as it is now */
 int sim_writer_commit(sim_writer* writer, sim_error* error);
 void sim_writer_close(sim_writer* writer); /* null is legal */
+
+/* --- Other programs, since 1.1. */
+/* A judged run whose steps an engine makes (--engine). `asked`, "NAME=VALUE" texts that end with a
+ * null pointer, may be null:
+ *   engine=NAME        lammps if not given; sim_describe_plugins() knows them
+ *   ranks=N, launch=WORDS  processes of it, or the words that start it
+ *   compare=0          its first steps are not compared with those of the kernel
+ *   time=S, steps=N    from the start of the scene; its duration if not given
+ *   results=FOLDER     what was run there by hand: of an export, whose scene this is
+ * JSON {"engine", "notes": [..]}, how far it agrees. SIM_CHECK where it does not, SIM_IO where it
+ * cannot be started or fails. */
+char* sim_run_engine(sim_scene* scene, const char* const* asked, int verify, sim_watch watch,
+                     void* user, sim_error* error);
+/* The scene as it is now for `format`: an engine, "lammps", whose files go into the folder `to`;
+ * "h5md", a file .h5; "page", a file .html with the kernel in it. `asked`, of an engine: time=S or
+ * steps=N, every=N steps a state. JSON of what was written, as `sim export --json` has it. A folder
+ * is opened again by sim_open_saved(), for the results of the engine. */
+char* sim_export(sim_scene* scene, const char* format, const char* to, const char* const* asked,
+                 sim_error* error);
+/* A mesh (.obj, .ply) or H5MD (.h5) as a scene in Lua, for sim_open_text(). `notes`, which may be
+ * null, receives what it cannot express, a line each; it is freed with sim_free(), too. */
+char* sim_import(const char* file, char** notes, sim_error* error);
 
 #ifdef __cplusplus
 }

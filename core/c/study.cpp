@@ -1,6 +1,7 @@
 // Studies, by the name of their verb.
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 
 #include "core/base/text.h"
 #include "core/c/asked_words.h"
@@ -13,9 +14,12 @@
 #include "core/report/comparison.h"
 #include "core/report/order_report.h"
 #include "core/report/rest_report.h"
+#include "core/report/stability_chart.h"
 #include "core/report/stability_report.h"
 #include "core/report/study_words.h"
+#include "core/report/tradeoff_chart.h"
 #include "core/report/tradeoff_report.h"
+#include "core/report/tradeoff_table.h"
 #include "core/study/budget.h"
 #include "core/study/method_text.h"
 
@@ -77,7 +81,34 @@ struct Task : StudyTask {
   std::function<bool()> stop;
 };
 
-std::string tradeoff(const Task& task, const SystemSpec& spec, const std::string& budget) {
+// The files of a study, which take their names when it is done.
+struct StudyFiles {
+  // Empty names: none. Throws Error.
+  StudyFiles(const StudiedScene& scene, const Registry& registry, const std::string& table_file,
+             const std::string& plot_file) {
+    FilePlan plan;
+    plan_inputs(scene.spec, registry, plan);
+    if (!table_file.empty()) plan.writes("csv", table_file);
+    if (!plot_file.empty()) plan.writes("svg", plot_file);
+    plan.check();
+    if (!plot_file.empty() && scene.systems.size() > 1)
+      refuse("one plot for several systems", "svg '" + plot_file + "'", "the scene is a world",
+             "name the file of one of its scenes");
+    if (!table_file.empty())
+      table.emplace(parse_target("csv", checked_file(table_file.c_str(), "a table")), std::cout);
+    if (!plot_file.empty()) plot.emplace(checked_file(plot_file.c_str(), "a plot"));
+  }
+  void commit() {
+    if (table) table->commit();
+    if (plot) plot->commit();
+  }
+
+  std::optional<report::TradeoffTable> table;
+  std::optional<Output> plot;
+};
+
+std::string tradeoff(const Task& task, const SystemSpec& spec, const std::string& budget,
+                     StudyFiles& files) {
   study::WorkPrecisionOptions options;
   options.time = task.time.value_or(0);
   options.integrators = task.integrators;
@@ -89,6 +120,8 @@ std::string tradeoff(const Task& task, const SystemSpec& spec, const std::string
   const study::Problem problem = task.problem(spec);
   const auto found = study::work_precision(problem, options, task.watch);
   const study::Tried tried = study::try_recommended(problem, *found, task.time, task.stop);
+  if (files.table) files.table->add(*found);
+  if (files.plot) files.plot->buffer() += report::chart_of(*found);
   return report::tradeoff_json(*found, {task.scene->command(task.variant), task.of, task.time},
                                tried);
 }
@@ -148,18 +181,23 @@ std::string compare(const Task& task, const StudiedScene& scene, AskedWords& wor
 // One JSON text a system.
 std::vector<std::string> built_in(const std::string& name, const Task& task, StudiedScene& scene,
                                   AskedWords& words) {
+  const bool plots = name == "tradeoff" || name == "stability";
   const std::string budget = name == "tradeoff" ? words.text("budget") : "";
+  const std::string table = name == "tradeoff" ? words.text("csv") : "";
+  const std::string plot = plots ? words.text("svg") : "";
   const double at = name == "stability" ? words.number("at").value_or(0) : 0;
   words.finish(name);
+  StudyFiles files(scene, *task.registry, table, plot);
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < scene.systems.size() && !task.stop(); ++i) {
     const SystemSpec& spec = scene.spec.systems[i];
     if (name == "tradeoff") {
-      texts.push_back(tradeoff(task, spec, budget));
+      texts.push_back(tradeoff(task, spec, budget, files));
     } else if (name == "stability") {
       const study::StabilityOptions options{.at = at, .integrators = task.integrators};
-      texts.push_back(
-          report::stability_json(study::stability(task.problem(spec), options, task.watch)));
+      const study::Stability found = study::stability(task.problem(spec), options, task.watch);
+      if (files.plot) files.plot->buffer() += report::chart_of(found);
+      texts.push_back(report::stability_json(found));
     } else if (name == "order") {
       const study::OrderOptions options{task.time.value_or(0), task.integrators};
       texts.push_back(
@@ -169,6 +207,7 @@ std::vector<std::string> built_in(const std::string& name, const Task& task, Stu
           report::rest_json(scene.systems[i], report::rest_of(scene.systems[i], task.stop)));
     }
   }
+  if (!task.stop()) files.commit();
   return texts;
 }
 

@@ -35,6 +35,13 @@ fs::path data_home() {
 
 fs::path library_folder(const fs::path& prefix) { return prefix / SIM_LIBDIR; }
 
+fs::path page_with_kernel(const fs::path& prefix) {
+  std::error_code error;
+  const fs::path data = prefix / "share/sim", installed = data / "web/page.html";
+  const fs::path tree = fs::weakly_canonical(data, error).parent_path();
+  return fs::is_regular_file(installed, error) ? installed : tree / "build/web/page.html";
+}
+
 Environment find_environment(const fs::path& prefix, const Folders& plugin_path) {
   Environment environment;
   environment.plugin_folders = plugin_path;

@@ -19,6 +19,9 @@ struct Environment {
 // colons between them. Only the built-in folders may be missing.
 Environment find_environment(const std::filesystem::path& prefix, const Folders& plugin_path);
 
+// The page that ./dev web made, for exports; it need not be there.
+std::filesystem::path page_with_kernel(const std::filesystem::path& prefix);
+
 // The folder of the libraries that are part of sim, and of plugins/: lib/sim, where the build was
 // given no other name for lib.
 std::filesystem::path library_folder(const std::filesystem::path& prefix);

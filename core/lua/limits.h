@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "core/base/error.h"
 
@@ -21,6 +22,10 @@ struct LuaLimits {
 inline LuaLimits safe_limits() {
   return {.memory = std::size_t{256} << 20, .seconds_in_all = true, .steps_in_all = true};
 }
+
+// The limits, changed by "time=60,memory=4096,steps=1e9" (s, MB), each if it is there; `name`: what
+// errors call the text. Throws Error{kUsage}.
+LuaLimits with_budget(LuaLimits limits, const std::string& name, const std::string& text);
 
 // Told from another thread that Lua is beyond its budget and cannot be ended: who hears it ends the
 // process.

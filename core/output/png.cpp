@@ -27,15 +27,17 @@ int paeth(int left, int above, int corner) {
 
 }  // namespace
 
-std::string png(const Image& image) {
+std::string png(const Image& image, const std::function<bool()>& stop) {
   std::string header;
   append_word(header, static_cast<std::uint32_t>(image.width));
   append_word(header, static_cast<std::uint32_t>(image.height));
   header += std::string("\x08\x02\0\0\0", 5);
 
   const std::size_t row = 3 * static_cast<std::size_t>(image.width);
+  // Compressed in parts of whole rows, which have the bytes of the whole.
+  constexpr std::size_t kPart = std::size_t{1} << 18;
+  Deflater deflater(9);
   std::string lines;
-  lines.reserve((row + 1) * static_cast<std::size_t>(image.height));
   for (int y = 0; y < image.height; ++y) {
     const std::uint8_t* now = image.rgb.data() + row * static_cast<std::size_t>(y);
     const std::uint8_t* above = y > 0 ? now - row : nullptr;
@@ -45,11 +47,16 @@ std::string png(const Image& image) {
                 corner = above && i >= 3 ? above[i - 3] : 0;
       lines += static_cast<char>(now[i] - paeth(left, up, corner));
     }
+    if (lines.size() < kPart) continue;
+    if (stop && stop()) return "";
+    deflater.add(lines);
+    lines.clear();
   }
+  deflater.add(lines);
   std::string file = "\x89PNG\r\n\x1a\n";
   append_chunk(file, "IHDR", header);
   append_chunk(file, "sRGB", std::string(1, '\0'));
-  append_chunk(file, "IDAT", deflated(lines, 9));
+  append_chunk(file, "IDAT", deflater.finish());
   append_chunk(file, "IEND", "");
   return file;
 }

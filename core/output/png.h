@@ -1,6 +1,7 @@
 // Images as PNG files (ISO/IEC 15948).
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "core/picture/raster/raster.h"
@@ -8,6 +9,7 @@
 namespace sim {
 
 // The whole file: eight bits of red, green and blue, sRGB.
-std::string png(const Image& image);
+// A stop() is asked between parts of large pictures; true ends it, and the text is empty.
+std::string png(const Image& image, const std::function<bool()>& stop = {});
 
 }  // namespace sim

@@ -65,6 +65,8 @@ Gallery::Gallery(const Gallery& other)
       raster_(own_.width, own_.height),
       image_(other.image_) {}
 
+void Gallery::stop_when(std::function<bool()> stop) { raster_.stop_when(std::move(stop)); }
+
 const Image& Gallery::draw(std::size_t moment) {
   if (scenes_->whole) return raster_.draw(scenes_->whole->picture(moment));
   std::ranges::fill(image_.rgb, kBetween);

@@ -2,6 +2,7 @@
 // one scale of colours for all.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -34,6 +35,8 @@ class Gallery {
 
   // Draws the same pictures on another thread; the analysis of the run is shared.
   Gallery(const Gallery& other);
+
+  void stop_when(std::function<bool()> stop);  // as Raster::stop_when; not shared with copies
 
   // Valid until the next call.
   const Image& draw(std::size_t moment);

@@ -197,4 +197,27 @@ std::string hash_text(const Simulation& system) {
   return text.data();
 }
 
+long spring_count(const Simulation& system) {
+  long count = 0;
+  for (const auto& [family, springs] : system.families()) count += springs;
+  return count;
+}
+
+std::string SceneCounts::json(const std::string& file) const {
+  return JsonObject()
+      .text("file", file)
+      .integer("particles", particles)
+      .integer("springs", springs)
+      .str();
+}
+
+SceneCounts counts_of(const StudiedScene& scene) {
+  SceneCounts counts;
+  for (const Simulation& system : scene.systems) {
+    counts.particles += system.particles();
+    counts.springs += spring_count(system);
+  }
+  return counts;
+}
+
 }  // namespace sim::report

@@ -30,6 +30,17 @@ std::string summary_json(const StudiedScene& scene, std::span<study::Track> trac
 // One of the "figures" above by its name, 0 or 1 for a flag. Throws Error{kUsage} for another name.
 double figure_named(const study::Figures& figures, const std::string& name);
 
+// Springs of all families.
+long spring_count(const Simulation& system);
+
+// All particles and springs of a scene.
+struct SceneCounts {
+  long particles = 0, springs = 0;
+
+  std::string json(const std::string& file) const;  // with the file that holds them
+};
+SceneCounts counts_of(const StudiedScene& scene);
+
 // The state hash as 16 hexadecimal digits.
 std::string hash_text(const Simulation& system);
 

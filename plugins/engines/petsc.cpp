@@ -1,4 +1,5 @@
 // sim-petsc, a program of this tree that is built where PETSc is, as an engine.
+#include <dlfcn.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -176,12 +177,28 @@ class Petsc final : public Engine {
   EngineLog log(const std::string& folder) const override;
 };
 
-// Beside the program, or in PATH; "" where there is none.
+// Below which lib/ lies, with this plugin somewhere in it; "" where that is part of a program.
+std::filesystem::path prefix_of_plugin() {
+  std::error_code failed;
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&prefix_of_plugin), &info) == 0 || !info.dli_fname)
+    return {};
+  std::filesystem::path folder = std::filesystem::absolute(info.dli_fname, failed);
+  while (folder.has_relative_path() && !folder.filename().string().starts_with("lib"))
+    folder = folder.parent_path();
+  return folder.has_relative_path() ? folder.parent_path() : std::filesystem::path();
+}
+
+// Beside the program, in bin/ of the installation where another program has opened this plugin, or
+// in PATH; "" where there is none.
 std::string petsc_program() {
   std::error_code failed;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", failed);
-  const std::string beside = (own.parent_path() / "sim-petsc").string();
-  return !failed && ::access(beside.c_str(), X_OK) == 0 ? beside : find_program("sim-petsc");
+  for (const std::filesystem::path& folder : {prefix_of_plugin() / "bin", own.parent_path()})
+    if (const std::string file = (folder / "sim-petsc").string();
+        folder.is_absolute() && ::access(file.c_str(), X_OK) == 0)
+      return file;
+  return find_program("sim-petsc");
 }
 
 std::span<const EngineMethod> Petsc::methods() const {

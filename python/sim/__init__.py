@@ -16,12 +16,13 @@ except ImportError as missing:
 
 from ._library import Error, lib as _lib
 from ._scene import (Energy, Field, Scene, Snapshot, Spring, StaleView, System, Verdict, View,
-                     field, load, resume, scene)
+                     field, import_scene, load, recorded, resume, scene)
 from ._study import (Result, compare, minimal, order, plugins, rest, scenes, stability, study,
                      sweep, tradeoff)
 
 __version__ = _lib.sim_version().decode()
 
 __all__ = ["Energy", "Error", "Field", "Result", "Scene", "Snapshot", "Spring", "StaleView",
-           "System", "Verdict", "View", "compare", "field", "load", "minimal", "order", "plugins",
-           "rest", "resume", "scene", "scenes", "stability", "study", "sweep", "tradeoff"]
+           "System", "Verdict", "View", "compare", "field", "import_scene", "load", "minimal",
+           "order", "plugins", "recorded", "rest", "resume", "scene", "scenes", "stability",
+           "study", "sweep", "tradeoff"]

@@ -43,7 +43,8 @@ class Options(ctypes.Structure):
     _fields_ = [("size", c_size_t), ("settings", POINTER(c_char_p)), ("off", POINTER(c_char_p)),
                 ("without", POINTER(c_char_p)), ("folders", POINTER(c_char_p)),
                 ("libraries", POINTER(c_char_p)), ("integrator", c_char_p), ("dt", c_double),
-                ("threads", c_int), ("safe", c_int), ("seed", c_uint64)]
+                ("threads", c_int), ("safe", c_int), ("seed", c_uint64),
+                ("lua_budget", c_char_p)]
 
 
 class Part(ctypes.Structure):
@@ -85,6 +86,7 @@ _FUNCTIONS = {
     "sim_open": (c_void_p, [c_char_p, _OPTIONS, _ERROR]),
     "sim_open_text": (c_void_p, [c_char_p, c_char_p, _OPTIONS, _ERROR]),
     "sim_open_field": (c_void_p, [FIELD, c_void_p, c_void_p, c_size_t, c_double, _OPTIONS, _ERROR]),
+    "sim_open_watched": (c_void_p, [c_char_p, c_char_p, _OPTIONS, WATCH, c_void_p, _ERROR]),
     "sim_close": (None, [c_void_p]),
     "sim_systems": (c_int, [c_void_p]),
     "sim_describe": (c_void_p, [c_void_p, _ERROR]),
@@ -130,11 +132,20 @@ _FUNCTIONS = {
     "sim_save": (c_int, [c_void_p, c_char_p, _ERROR]),
     "sim_resume": (c_int, [c_void_p, c_char_p, _ERROR]),
     "sim_open_saved": (c_void_p, [c_char_p, _OPTIONS, _ERROR]),
+    "sim_open_saved_watched": (c_void_p, [c_char_p, _OPTIONS, WATCH, c_void_p, _ERROR]),
+    "sim_record": (c_int, [c_void_p, c_char_p, _ERROR]),
+    "sim_record_end": (c_int, [c_void_p, _ERROR]),
+    "sim_open_recorded": (c_void_p, [c_char_p, _OPTIONS, WATCH, c_void_p, _ERROR]),
+    "sim_replay": (c_int, [c_void_p, c_char_p, c_int, WATCH, c_void_p, _ERROR]),
+    "sim_run_engine": (c_void_p, [c_void_p, POINTER(c_char_p), c_int, WATCH, c_void_p, _ERROR]),
+    "sim_export": (c_void_p, [c_void_p, c_char_p, c_char_p, POINTER(c_char_p), _ERROR]),
+    "sim_import": (c_void_p, [c_char_p, POINTER(c_void_p), _ERROR]),
     "sim_come_to_rest": (c_void_p, [c_void_p, WATCH, c_void_p, _ERROR]),
     "sim_judge_figures": (c_int, [c_void_p, POINTER(c_char_p), _ERROR]),
     "sim_check": (c_int, [c_void_p, c_char_p, _ERROR]),
     "sim_tensions": (c_void_p, [c_void_p, c_int, _ERROR]),
     "sim_draw": (c_void_p, [c_void_p, _LOOK, POINTER(c_size_t), _ERROR]),
+    "sim_draw_watched": (c_void_p, [c_void_p, _LOOK, POINTER(c_size_t), WATCH, c_void_p, _ERROR]),
     "sim_writer_open_look": (c_void_p, [c_void_p, c_char_p, c_double, _LOOK, _ERROR]),
     "sim_writer_finish": (c_int, [c_void_p, WATCH, c_void_p, _ERROR]),
     "sim_writer_open": (c_void_p, [c_void_p, c_char_p, c_double, _ERROR]),
@@ -271,7 +282,7 @@ def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False
 
 
 def options(args, integrator="", dt=0.0, threads=1, off=(), without=(), seed=0, safe=False,
-            plugins=(), libraries=()):
+            plugins=(), libraries=(), lua_budget=""):
     record = Options(size=ctypes.sizeof(Options), dt=as_number(dt, "dt", 0),
                      threads=as_int(threads, "threads"), safe=bool(safe),
                      seed=as_int(seed, "seed", 0, 2**64 - 1))
@@ -284,6 +295,8 @@ def options(args, integrator="", dt=0.0, threads=1, off=(), without=(), seed=0, 
             setattr(record, name, array)  # the record keeps it alive
     if integrator:
         record.integrator = as_bytes(integrator)
+    if lua_budget:
+        record.lua_budget = as_bytes(lua_budget)
     return record
 
 
@@ -336,6 +349,21 @@ class Watching:
             self.finish()
             raise heard or raised[0]
         return result[0]
+
+    def given(self, free, function, *arguments):
+        """As call(), for what the library gives: where Ctrl-C came too late it is freed."""
+        results = []
+
+        def work():
+            results.append(function(*arguments))
+            return results[0]
+
+        try:
+            return self.call(work)
+        except BaseException:
+            for result in results:
+                free(result)
+            raise
 
     def told(self, what, done):
         """Shows how far the work is. True: it is to end."""

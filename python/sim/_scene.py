@@ -7,14 +7,15 @@ import html
 import json
 import os
 import time
+import warnings
 import weakref
 from ctypes import c_int64
 
 import numpy as np
 
 from ._library import (FIELD, STOPPED, Energies, Error, ErrorRecord, Part, SpringRecord,
-                       VerdictRecord, Watching, as_bytes, as_int, as_number, as_vector, check,
-                       lib, look, options, taken, texts)
+                       VerdictRecord, Watching, as_bytes, as_int, as_number, as_setting, as_vector,
+                       check, lib, look, options, taken, texts)
 
 Spring = collections.namedtuple("Spring", "family to stiffness rest length force")
 Spring.__doc__ = "A spring: family, particle at its other end, N/m, m, m, N (positive: stretched)."
@@ -96,6 +97,7 @@ class Verdict:
     def __init__(self, record, reason, figures):
         self.word, self.reason = lib.sim_trust_name(record.trust).decode(), reason
         self.figures = figures
+        self.notes = []  # of run_engine()
         for name, _ in VerdictRecord._fields_[1:]:
             setattr(self, name, getattr(record, name))
 
@@ -367,8 +369,7 @@ class Scene(System, Owner):
             named = texts([of] if isinstance(of, str) else of)
             check(lib.sim_judge_figures(self._open(), named, self._failed), self._failed)
         watching = Watching(progress, self._ended)
-        wish = 1 if verify is None else 2 if verify else 0
-        code = watching.call(lib.sim_run, self._open(), length(time), wish,
+        code = watching.call(lib.sim_run, self._open(), length(time), wish_of(verify),
                              watching.watch, None, self._failed)
         watching.finish()
         if code and not (code == STOPPED and watching.stopped):
@@ -439,6 +440,54 @@ class Scene(System, Owner):
         """Goes on where a scene that was loaded likewise was saved."""
         check(lib.sim_resume(self._open(), as_bytes(file), self._failed), self._failed)
 
+    def record(self, file):
+        """Writes what is done from now on to a file, which replay(), sim.recorded() and `--replay`
+        repeat: changes, resets and whole steps, until end_record() or close(). It begins with the
+        initial state."""
+        check(lib.sim_record(self._open(), as_bytes(file), self._failed), self._failed)
+
+    def end_record(self):
+        """Ends the recording, with the hash of now. Raises Error where lines are missing."""
+        check(lib.sim_record_end(self._open(), self._failed), self._failed)
+
+    def replay(self, file, verify=None, progress=None):
+        """A judged run that repeats a recording, from the start; returns the verdict. Raises Error
+        (code 8) where the bits are other than those recorded. verify, progress: as in run()."""
+        watching = Watching(progress, self._ended)
+        code = watching.call(lib.sim_replay, self._open(), as_bytes(file), wish_of(verify),
+                             watching.watch, None, self._failed)
+        watching.finish()
+        if code and not (code == STOPPED and watching.stopped):
+            self._fail()
+        return self.verdict
+
+    def run_engine(self, engine="lammps", time=None, steps=None, ranks=None, launch=None,
+                   compare=True, results=None, verify=None, progress=None):
+        """A judged run whose steps another program makes, "lammps" or "petsc", to `time` s or
+        `steps` from the start of the scene (its duration); returns the verdict, whose `notes` say
+        how far the program and the kernel agree. ranks: processes of it; launch: the words that
+        start it, "srun -n 512 lmp"; compare: its first steps with those of the kernel; results: a
+        folder of export() where it was run by hand. verify, progress: as in run()."""
+        asked = {"engine": engine, "time": time, "steps": steps, "ranks": ranks, "launch": launch,
+                 "compare": None if compare else "0", "results": results}
+        watching = Watching(progress, self._ended)
+        block = watching.given(lib.sim_free, lib.sim_run_engine, self._open(), words_of(asked),
+                               wish_of(verify), watching.watch, None, self._failed)
+        watching.finish()
+        told = json.loads(taken(block, self._failed))
+        verdict = self.verdict
+        verdict.notes = told["notes"]
+        return verdict
+
+    def export(self, format, to, time=None, steps=None, every=None):
+        """Writes the scene as it is now for other programs: format "lammps", or another engine,
+        into the folder `to`, for a run to `time` s or of `steps` with a state each `every` steps;
+        "h5md" into a file .h5; "page" into a file .html with the kernel in it. Returns a dict of
+        what was written; a list of them for a world."""
+        words = words_of({"time": time, "steps": steps, "every": every})
+        return json.loads(taken(lib.sim_export(self._open(), as_bytes(format), as_bytes(to), words,
+                                               self._failed), self._failed))
+
     def picture(self, file=None, width=1280, height=720, color=None, camera=None, springs=(),
                 wireframe=False):
         """The scene as it is now: PNG as bytes, or written to a file. color: "strain", "speed:2";
@@ -448,7 +497,9 @@ class Scene(System, Owner):
         if record.width == 0 and record.height == 0:
             raise Error("bad value", "width = 0, height = 0", "a picture has pixels",
                         "give both, like 1280 and 720")
-        block = lib.sim_draw(self._open(), record, size, self._failed)
+        watching = Watching(False, self._ended)
+        block = watching.given(lib.sim_free, lib.sim_draw_watched, self._open(), record, size,
+                               watching.watch, None, self._failed)
         if not block:
             raise self._failed.exception()
         try:
@@ -521,6 +572,16 @@ _MOST = 2**63 - 1
 _SHORT = 0.05  # s, that the thread which hears Ctrl-C may be in the library
 
 
+def wish_of(verify):
+    return 1 if verify is None else 2 if verify else 0
+
+
+def words_of(asked):
+    """NAME=VALUE texts of what is asked for."""
+    return texts([f"{name}={as_setting(value)}" for name, value in asked.items()
+                  if value is not None])
+
+
 def length(time):
     """Of a run, s, as the library takes it: None is the scene's duration."""
     if time is None:
@@ -531,31 +592,51 @@ def length(time):
     return float(time)
 
 
+def _opened(function, *words, args, rest):
+    """A scene that the library opens, on a thread beside the one that hears Ctrl-C."""
+    failed, record, watching = ErrorRecord(), _asked(args, rest), Watching(False)
+    handle = watching.given(lib.sim_close, function, *words, record, watching.watch, None, failed)
+    return Scene(handle, failed, threads=record.threads)
+
+
 def load(name, args=None, **rest):
     """A scene from a file, found as the command line finds it: "scenes/cloth.lua", "cloth".
 
     Named arguments: integrator ("rk4", "dopri5:tol=1e-8"), dt (s), threads, seed, off (switches),
-    without (forces, colliders, families), safe, plugins (folders), libraries; all others, and those
-    in the dict `args`, are parameters of the scene: load("scenes/cloth.lua", n=32).
+    without (forces, colliders, families), safe, plugins (folders), libraries, lua_budget (of the
+    scene's Lua: "time=60,memory=4096,steps=1e9", s and MB in the whole run); all others, and those
+    in the dict `args`, are parameters of the scene: load("scenes/cloth.lua", n=32). Ctrl-C ends it.
     """
-    failed, record = ErrorRecord(), _asked(args, rest)
-    return Scene(lib.sim_open(as_bytes(name), record, failed), failed, threads=record.threads)
+    return _opened(lib.sim_open_watched, as_bytes(name), None, args=args, rest=rest)
 
 
 def resume(file, args=None, **rest):
-    """The scene of a checkpoint, which save() or `sim --snap` wrote, where it was then. Other
-    arguments as in load(), over those that the checkpoint names."""
-    failed, record = ErrorRecord(), _asked(args, rest)
-    return Scene(lib.sim_open_saved(as_bytes(file), record, failed), failed,
-                 threads=record.threads)
+    """The scene of a checkpoint, which save() or `sim --snap` wrote, where it was then; or of the
+    folder of an export. Other arguments as in load(), over those that the checkpoint names."""
+    return _opened(lib.sim_open_saved_watched, as_bytes(file), args=args, rest=rest)
+
+
+def recorded(file, args=None, **rest):
+    """The scene of a recording, which record() or `sim view --record` wrote, at its start, for
+    replay(). Other arguments as in load(), over those that the recording names."""
+    return _opened(lib.sim_open_recorded, as_bytes(file), args=args, rest=rest)
+
+
+def import_scene(file):
+    """A mesh (.obj, .ply) or H5MD (.h5) as a scene in Lua, a text for scene(). What that cannot
+    express is a warning."""
+    failed, notes = ErrorRecord(), ctypes.c_void_p()
+    text = taken(lib.sim_import(as_bytes(file), notes, failed), failed)
+    for note in taken(notes.value, failed).splitlines():
+        warnings.warn(note, stacklevel=2)
+    return text
 
 
 def scene(text, name="scene.lua", args=None, **rest):
     """A scene from its Lua text: scene("return sim.scene {..}") after `local sim = require "sim"`,
     which may be left out. `name` is what errors call it. Other arguments as in load()."""
-    failed, record = ErrorRecord(), _asked(args, rest)
-    handle = lib.sim_open_text(as_bytes(with_language(text)), as_bytes(name), record, failed)
-    return Scene(handle, failed, threads=record.threads)
+    return _opened(lib.sim_open_watched, as_bytes(name), as_bytes(with_language(text)), args=args,
+                   rest=rest)
 
 
 def with_language(text):
@@ -625,6 +706,6 @@ class Field(Scene):
 
 def _asked(args, rest):
     known = ("integrator", "dt", "threads", "off", "without", "seed", "safe", "plugins",
-             "libraries")
+             "libraries", "lua_budget")
     named = {name: rest.pop(name) for name in known if name in rest}
     return options({**rest, **(args or {})}, **named)

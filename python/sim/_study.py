@@ -71,26 +71,30 @@ def _points(result):
             for one in system.get("integrators", []) for point in one.get("points", [])]
 
 
-def tradeoff(scene, budget="0.1%", of=None, time=None, integrators=None, **rest):
+def tradeoff(scene, budget="0.1%", of=None, time=None, integrators=None, csv=None, svg=None,
+             **rest):
     """Speed against accuracy of every integrator, and which to take.
 
     budget: the error allowed, a share of the scene's size ("1%") or an amount ("1 mm"); of: what is
     judged, as "mean sag" of what the scene observes (positions if not given); time in s;
     integrators: names, all that fit if not given. progress: None shows a line for long work, True
     always, False never, or a function (what, done from 0 to 1); Ctrl-C ends it.
+    csv: a file for a table of all runs, .csv or .jsonl; svg: one for the plot of error against cost.
     result.recommended, .cheapest: integrator, dt (s) or tol, error (m), command; result.rows: one a
     run, with integrator, dt, error, cost, seconds, front.
     """
     result = study("tradeoff", scene,
-                   dict(budget=budget, of=of, time=time, integrators=integrators), **rest)
+                   dict(budget=budget, of=of, time=time, integrators=integrators, csv=csv, svg=svg),
+                   **rest)
     result.rows = _points(result)
     return result
 
 
-def stability(scene, at=None, integrators=None, **rest):
+def stability(scene, at=None, integrators=None, svg=None, **rest):
     """How fast a scene vibrates (omega_max, rad/s), and how large a step (s) each integrator
-    stands. at: the state that the run has reached then, s. result.rows: one an integrator."""
-    result = study("stability", scene, dict(at=at, integrators=integrators), **rest)
+    stands. at: the state that the run has reached then, s. svg: a file for the plot. result.rows:
+    one an integrator."""
+    result = study("stability", scene, dict(at=at, integrators=integrators, svg=svg), **rest)
     systems = result.json.get("systems", [result.json])
     result.rows = [one for system in systems for one in system.get("integrators", [])]
     return result

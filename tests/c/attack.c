@@ -36,6 +36,8 @@ static const char* text(void) {
       "mean sag", "sag", "1 mm", "1%", "1e400", "-1", "verified,energy=1%", "energy=", "scenes/cloth.lua",
       "scenes/pendulum.lua", "scenes/circle.lua", "scenes/sample.lua", "scenes/stack.lua", "cloth",
       "return 3", "error('x')", "while true do end", "return sim.scene {", "tradeoff", "order", "rest",
+      "lammps", "petsc", "h5md", "page", "x.rec", "x.h5", "x.html", "x.obj", "engine=lammps", "launch=x",
+      "ranks=3", "results=x", "steps=7", "every=2", "svg=x.svg", "csv=x.csv", "time=3,steps=1e6",
       "stability", "compare", "sweep", "minimal", "over=n=4,5", "over=dt=0.01:0.02:log2", "time=0.05",
       "time=inf", "integrators=rk4,verlet", "eye=1,2,3 at=0,0,0", "eye=nan,0,0", "all", "12", "links"};
   const int count = (int)(sizeof texts / sizeof *texts), k = below(count + 3);
@@ -86,6 +88,7 @@ static const sim_options* options(void) {
   if (below(4) == 0) given.threads = integer() % 9;
   if (below(8) == 0) given.safe = 1;
   if (below(4) == 0) given.seed = any();
+  if (below(6) == 0) given.lua_budget = below(2) ? "time=2,memory=200,steps=1e7" : text();
   if (below(8) == 0) given.size = (size_t)any() >> below(64);
   if (given.size > sizeof given) given.size = below(2) ? (size_t)-8 : 3; /* what lies behind is ours */
   return &given;
@@ -170,7 +173,7 @@ static void call(void) {
   sim_error* const told = &error;
   memset(told, 0, sizeof *told);
   for (size = 0; size < 3; ++size) vector[size] = number();
-  switch (below(46)) {
+  switch (below(54)) {
     case 0: replace(below(2) ? known_scene() : sim_open(text(), options(), told)); break;
     case 1: replace(sim_open_text(text(), text(), options(), told)); break;
     case 2:
@@ -253,6 +256,29 @@ static void call(void) {
     case 42: judge_block(sim_describe_plugins(text(), options(), told)); break;
     case 43: judge_block(sim_state_parts(scene(), system, told)); break;
     case 44: judge_block(below(8) ? sim_describe(scene(), told) : sim_scenes(told)); break;
+    case 45:
+      replace(sim_open_watched(text(), below(2) ? text() : NULL, options(), watch, &asked, told));
+      break;
+    case 46: replace(sim_open_saved_watched(text(), options(), watch, &asked, told)); break;
+    case 47: judge_block(sim_draw_watched(scene(), look(), &size, watch, &asked, told)); break;
+    case 48: judge(sim_record(scene(), text(), told)); break;
+    case 49: judge(sim_record_end(scene(), told)); break;
+    case 50:
+      if (below(2))
+        judge(sim_replay(scene(), text(), below(4) - 1, watch, &asked, told));
+      else
+        replace(sim_open_recorded(text(), options(), watch, &asked, told));
+      break;
+    case 51: judge_block(sim_run_engine(scene(), list(), below(3), watch, &asked, told)); break;
+    case 52:
+      if (below(2)) {
+        judge_block(sim_export(scene(), text(), text(), list(), told));
+      } else {
+        char* notes = NULL;
+        judge_block(sim_import(text(), below(2) ? &notes : NULL, told));
+        sim_free(notes);
+      }
+      break;
     default:
       sim_time(scene(), integer()), sim_step_size(scene(), integer());
       sim_duration(scene(), integer()), sim_step_count(scene(), integer());

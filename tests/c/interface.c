@@ -42,7 +42,7 @@ static sim_scene* open_or_tell(const char* name, const sim_options* options) {
 static void structures_are_those_of_1_0(void) {
   if (sizeof(void*) != 8) return;
   CHECK(sizeof(sim_error) == 3076 && offsetof(sim_error, remedy) == 2052);
-  CHECK(sizeof(sim_options) == 80 && offsetof(sim_options, dt) == 56);
+  CHECK(offsetof(sim_options, lua_budget) == 80 && offsetof(sim_options, dt) == 56);
   CHECK(offsetof(sim_options, safe) == 68 && offsetof(sim_options, seed) == 72);
   CHECK(sizeof(sim_part) == 48 && offsetof(sim_part, generation) == 40);
   CHECK(sizeof(sim_energies) == 16 && sizeof(sim_spring) == 104);
@@ -776,6 +776,160 @@ static void scenes_are_swept(void) {
         error.code == SIM_STOPPED);
 }
 
+/* Lua that does not come to its end while a scene is read, and a large picture. */
+static void loads_and_pictures_are_ended(void) {
+  static const char* const endless = "local x = 0 while true do x = x + 1 end";
+  struct watched seen = {0, 3};
+  sim_options options = SIM_OPTIONS;
+  sim_look look = SIM_LOOK;
+  sim_error error;
+  sim_scene* cloth;
+  unsigned char *picture, *again;
+  size_t size = 0, same = 0;
+  CHECK(sim_open_watched("endless.lua", endless, NULL, watch, &seen, &error) == NULL);
+  CHECK(error.code == SIM_STOPPED && seen.calls == 3 && strcmp(error.what, "stopped") == 0);
+  CHECK(sim_open_watched(NULL, endless, NULL, watch, &seen, &error) == NULL &&
+        error.code == SIM_USAGE);
+  CHECK(sim_open_saved_watched("none.snap", NULL, watch, &seen, &error) == NULL &&
+        error.code == SIM_IO);
+  options.lua_budget = "steps=1e5";
+  CHECK(sim_open_text(endless, "endless.lua", &options, &error) == NULL && error.code == SIM_SCENE);
+  options.lua_budget = "steps";
+  CHECK(sim_open("scenes/cloth.lua", &options, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(strstr(error.where, "lua_budget") && error.remedy[0]);
+  seen.stop_at = 0;
+  cloth = sim_open_watched("scenes/cloth.lua", NULL, NULL, watch, &seen, NULL);
+  CHECK(cloth && sim_step(cloth, 400, NULL, NULL) == SIM_OK && sim_hash(cloth, 0) == CLOTH_HASH);
+  seen.calls = 0;
+  seen.stop_at = 1;
+  look.width = 4000;
+  look.height = 3000;
+  CHECK(sim_draw_watched(cloth, &look, &size, watch, &seen, &error) == NULL);
+  CHECK(error.code == SIM_STOPPED && seen.calls == 1 && size == 0);
+  look.width = 320;
+  look.height = 200;
+  picture = sim_draw(cloth, &look, &size, NULL);
+  seen.stop_at = 0;
+  again = sim_draw_watched(cloth, &look, &same, watch, &seen, NULL);
+  CHECK(picture && again && size == same && memcmp(picture, again, size) == 0);
+  sim_free(picture);
+  sim_free(again);
+  CHECK(sim_draw_watched(cloth, &look, NULL, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_draw_watched(NULL, &look, &size, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  sim_close(cloth);
+}
+
+/* What is done by calls is written down, and repeated with the same bits. */
+static void what_is_done_is_recorded(const char* folder) {
+  static const double v[3] = {0.1, 0, -0.2};
+  struct watched seen = {0, 1};
+  sim_scene *cloth = open_or_tell("scenes/cloth.lua", NULL), *again;
+  sim_snapshot* before = sim_snapshot_take(cloth, NULL);
+  sim_error error;
+  char file[512], line[540];
+  uint64_t hash;
+  FILE* text;
+  snprintf(file, sizeof file, "%s/cloth.rec", folder);
+  CHECK(sim_record_end(cloth, &error) == SIM_USAGE && error.what[0]);
+  CHECK(sim_record(cloth, file, &error) == SIM_OK);
+  CHECK(sim_record(cloth, file, &error) == SIM_USAGE && error.remedy[0]);
+  CHECK(sim_snapshot_restore(cloth, before, &error) == SIM_USAGE);
+  CHECK(sim_replay(cloth, file, 0, NULL, NULL, &error) == SIM_USAGE);
+  CHECK(sim_step(cloth, 50, NULL, NULL) == SIM_OK && sim_set_pinned(cloth, 0, 12, 1, NULL) == SIM_OK);
+  CHECK(sim_set_velocity(cloth, 0, 40, v, NULL) == SIM_OK);
+  CHECK(sim_set_velocity(cloth, 0, 4000, v, NULL) == SIM_USAGE); /* which is not written down */
+  CHECK(sim_run(cloth, 0.25, 0, NULL, NULL, NULL) == SIM_OK);
+  hash = sim_hash(cloth, 0);
+  CHECK(hash != CLOTH_HASH && sim_record_end(cloth, &error) == SIM_OK);
+  CHECK(sim_record_end(cloth, &error) == SIM_USAGE);
+  again = sim_open_recorded(file, NULL, NULL, NULL, &error);
+  CHECK(again && sim_step_count(again, 0) == 0);
+  CHECK(sim_replay(again, file, 1, NULL, NULL, &error) == SIM_OK);
+  CHECK(sim_hash(again, 0) == hash && sim_step_count(again, 0) == 100);
+  CHECK(sim_replay(again, file, 1, NULL, NULL, &error) == SIM_USAGE); /* it is not at its start */
+  sim_close(again);
+  again = sim_open_recorded(file, NULL, watch, &seen, &error);
+  CHECK(again == NULL || sim_replay(again, file, 0, watch, &seen, &error) == SIM_STOPPED);
+  sim_close(again);
+  /* Other bits than those recorded, and lines that are none. */
+  text = fopen(file, "a");
+  CHECK(text && fputs("+1 pin 3\n", text) >= 0 && fclose(text) == 0);
+  CHECK(sim_open_recorded(file, NULL, NULL, NULL, &error) == NULL && error.code == SIM_SCENE);
+  snprintf(line, sizeof line, "%s:%d", file, 6);
+  CHECK(strcmp(error.where, line) == 0 && error.why[0] && error.remedy[0]);
+  text = fopen(file, "w");
+  CHECK(text && fputs("scene scenes/cloth.lua\n+400 end 0000000000000001\n", text) >= 0 &&
+        fclose(text) == 0);
+  again = open_or_tell("scenes/cloth.lua", NULL);
+  CHECK(sim_replay(again, file, 0, NULL, NULL, &error) == SIM_CHECK && error.remedy[0]);
+  CHECK(sim_hash(again, 0) == CLOTH_HASH);
+  sim_close(again);
+  CHECK(sim_open_recorded(NULL, NULL, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_open_recorded("none.rec", NULL, NULL, NULL, &error) == NULL && error.code == SIM_IO);
+  CHECK(sim_record(NULL, file, &error) == SIM_USAGE && sim_record(cloth, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_record(cloth, file, &error) == SIM_USAGE && error.code == SIM_USAGE);
+  CHECK(sim_replay(NULL, file, 0, NULL, NULL, &error) == SIM_USAGE);
+  CHECK(sim_replay(cloth, NULL, 0, NULL, NULL, &error) == SIM_USAGE);
+  CHECK(sim_replay(cloth, file, 3, NULL, NULL, &error) == SIM_USAGE);
+  sim_snapshot_free(before);
+  sim_close(cloth);
+}
+
+/* Files for other programs, and what they refuse; tests of Python compare them with the program's. */
+static void other_programs_are_served(const char* folder) {
+  static const char* const few[] = {"steps=10", "every=5", NULL};
+  static const char* const wrong[][3] = {{"ranks=0", NULL},       {"ranks=2.5", NULL},
+                                         {"nonsense=1", NULL},    {"time=1", "steps=1", NULL},
+                                         {"compare=2", NULL},     {"engine=lampms", NULL},
+                                         {"ranks=2", "launch=lmp", NULL}};
+  static const char* const rope =
+      "local sim = require 'sim' local p = sim.particles { mass = 0.1 }\n"
+      "p:pin(p:add {0, 0, 0}) p:add {1, 0, 0}\n"
+      "local s = sim.force.spring { stiffness = 5 } s:tie(0, 1)\n"
+      "return sim.scene { particles = p, forces = { s }, integrator = 'verlet', dt = 0.01,\n"
+      "  duration = 1 }";
+  sim_scene* scene = sim_open_text(rope, "rope.lua", NULL, NULL);
+  sim_error error;
+  char file[512], *json, *notes = NULL;
+  FILE* mesh;
+  size_t i;
+  CHECK(scene != NULL);
+  snprintf(file, sizeof file, "%s/engine", folder);
+  json = sim_export(scene, "lammps", file, few, &error);
+  CHECK(json && number_in(json, "steps") == 10 && number_in(json, "springs") == 1);
+  sim_free(json);
+  CHECK(sim_export(NULL, "lammps", file, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_export(scene, NULL, file, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_export(scene, "lammps", NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_export(scene, "lampms", file, NULL, &error) == NULL && error.remedy[0]);
+  CHECK(sim_export(scene, "page", "x.html", NULL, &error) == NULL && error.code == SIM_USAGE);
+  for (i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+    CHECK(sim_run_engine(scene, wrong[i], 0, NULL, NULL, &error) == NULL);
+    CHECK(error.code == SIM_USAGE && error.what[0] && error.where[0] && error.remedy[0]);
+  }
+  CHECK(sim_run_engine(NULL, NULL, 0, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_run_engine(scene, NULL, -1, NULL, NULL, &error) == NULL && error.code == SIM_USAGE);
+  CHECK(sim_time(scene, 0) == 0);
+  sim_close(scene);
+  snprintf(file, sizeof file, "%s/triangle.obj", folder);
+  mesh = fopen(file, "w");
+  CHECK(mesh && fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 1 2\n", mesh) >= 0 &&
+        fclose(mesh) == 0);
+  json = sim_import(file, &notes, &error);
+  CHECK(json && strstr(json, "3 points, 1 triangles") && notes && strstr(notes, "left out"));
+  scene = json ? sim_open_text(json, "triangle.lua", NULL, &error) : NULL;
+  CHECK(scene && sim_step(scene, 3, NULL, NULL) == SIM_OK);
+  sim_close(scene);
+  sim_free(json);
+  sim_free(notes);
+  json = sim_import(file, NULL, NULL);
+  CHECK(json != NULL);
+  sim_free(json);
+  notes = file;
+  CHECK(sim_import("none.obj", &notes, &error) == NULL && error.code == SIM_IO && notes == NULL);
+  CHECK(sim_import(NULL, &notes, &error) == NULL && error.code == SIM_USAGE);
+}
+
 /* A callback that uses the scene whose run asks it, and closes it. */
 static int intrudes(void* user, const char* what, double done) {
   sim_scene* scene = user;
@@ -791,6 +945,11 @@ static int intrudes(void* user, const char* what, double done) {
   CHECK(sim_copy_state(scene, 0, "position", &number, 1, NULL) == SIM_USAGE);
   CHECK(sim_generation(scene) == 0 && sim_hash(scene, 0) == 0 && sim_step_count(scene, 0) == -1);
   CHECK(sim_set_pinned(scene, 0, 3, 1, NULL) == SIM_USAGE && sim_snapshot_take(scene, NULL) == NULL);
+  CHECK(sim_record(scene, "x.rec", NULL) == SIM_USAGE && sim_record_end(scene, NULL) == SIM_USAGE);
+  CHECK(sim_replay(scene, "x.rec", 0, NULL, NULL, NULL) == SIM_USAGE);
+  CHECK(sim_export(scene, "lammps", "x", NULL, NULL) == NULL);
+  CHECK(sim_run_engine(scene, NULL, 0, NULL, NULL, NULL) == NULL);
+  CHECK(sim_draw_watched(scene, NULL, NULL, NULL, NULL, NULL) == NULL);
   CHECK(sim_picture(scene, 8, 8, NULL, NULL, NULL) == NULL);
   CHECK(sim_verdict_json(scene, NULL) == NULL && sim_describe(scene, NULL) == NULL);
   sim_close(scene);
@@ -833,6 +992,9 @@ int main(int argc, char** argv) {
   functions_of_scenes_are_ended();
   checkpoints_are_gone_on_from(argc > 1 ? argv[1] : ".");
   runs_are_asked_for_figures();
+  loads_and_pictures_are_ended();
+  what_is_done_is_recorded(argc > 1 ? argv[1] : ".");
+  other_programs_are_served(argc > 1 ? argv[1] : ".");
   pictures_have_looks(argc > 1 ? argv[1] : ".");
   changes_are_made_and_undone();
   nothing_is_survived();

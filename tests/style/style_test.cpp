@@ -108,15 +108,15 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"core/report", kToOutput},
     {"core/engine",
      [] {
-       std::set<std::string> rooms = kToScene;
-       rooms.insert("core/output");
+       std::set<std::string> rooms = kToOutput;
+       rooms.insert("core/report");
        return rooms;
      }()},
     {"core/lua", kToOutput},
     {"core/c",
      [] {
        std::set<std::string> rooms = kToOutput;
-       rooms.insert({"core/report", "core/lua"});
+       rooms.insert({"core/engine", "core/report", "core/lua"});
        return rooms;
      }()},
     {"plugins/contact", ground_and({"core/particles", "core/plugin"})},

@@ -72,14 +72,16 @@ V3 Backdrop::grid(float u, float v, float width) const {
   return mix(mix(kFloor, kThin, thin), kThick, thick);
 }
 
-void Backdrop::draw(const Picture& picture, const Projection& projection, const Tone& tone) {
+void Backdrop::draw(const Picture& picture, const Projection& projection, const Tone& tone,
+                    Cancellation& cancellation) {
   if (drawn_ && same(eye_, picture.eye) && same(ground_, picture.ground)) return;
-  drawn_ = true;
+  drawn_ = false;
   eye_ = picture.eye;
   ground_ = picture.ground;
   above_ = ground_ ? dot(eye_.at - ground_->origin, ground_->up) : 0;
   const V3 over = ground_ ? eye_.at - ground_->origin : V3{};
-  for (int y = 0; y < height_; ++y)
+  for (int y = 0; y < height_; ++y) {
+    if (cancellation.gives_up()) return;
     for (int x = 0; x < width_; ++x) {
       const V3 ray = projection.ray(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
       const V3 d = projection.world(ray);
@@ -102,6 +104,8 @@ void Backdrop::draw(const Picture& picture, const Projection& projection, const 
       light_[at(x, y)] = light;
       tone.put(light, x, y, screen_.data() + 3 * at(x, y));
     }
+  }
+  drawn_ = true;
 }
 
 }  // namespace sim::raster

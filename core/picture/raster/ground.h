@@ -1,6 +1,7 @@
 // The background: a sky, and a ground with a grid that fades into mist.
 #pragma once
 
+#include "core/base/cancellation.h"
 #include "core/picture/raster/samples.h"
 #include "core/picture/raster/tone.h"
 
@@ -11,7 +12,8 @@ class Backdrop {
  public:
   Backdrop(int width, int height);
 
-  void draw(const Picture& picture, const Projection& projection, const Tone& tone);
+  void draw(const Picture& picture, const Projection& projection, const Tone& tone,
+            Cancellation& cancellation);
 
   const V3& light(int x, int y) const { return light_[at(x, y)]; }
   const std::vector<std::uint8_t>& screen() const { return screen_; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/cancellation.h"
 #include "core/base/error.h"
 #include "core/picture/raster/ground.h"
 #include "core/picture/raster/samples.h"
@@ -48,6 +49,7 @@ struct Raster::Impl {
   V3 up, side;  // of the scene, for the light from all around
   Image image;
   std::int64_t covered = 0;
+  Cancellation cancellation;
 };
 
 Raster::Raster(int width, int height) {
@@ -63,16 +65,19 @@ Raster::~Raster() = default;
 
 std::int64_t Raster::covered() const { return impl_->covered; }
 
+void Raster::stop_when(std::function<bool()> stop) { impl_->cancellation.when(std::move(stop)); }
+
 const Image& Raster::draw(const Picture& picture) {
   Impl& r = *impl_;
+  const Cancellation::Step step(r.cancellation);
   r.picture = &picture;
   r.projection = raster::Projection(picture.eye, r.image.width, r.image.height);
   r.up = picture.ground ? picture.ground->up : V3{0, 1, 0};
-  r.backdrop.draw(picture, r.projection, r.tone);
+  r.backdrop.draw(picture, r.projection, r.tone, r.cancellation);
   r.image.rgb = r.backdrop.screen();
   r.place(picture);
-  r.shadow.draw(picture);
-  r.ground_shadow.draw(picture);
+  r.shadow.draw(picture, r.cancellation);
+  r.ground_shadow.draw(picture, r.cancellation);
   r.resolve();
   raster::draw_patches(picture, r.tone, r.image);
   raster::draw_texts(picture, r.tone, r.image);
@@ -90,19 +95,19 @@ void Raster::Impl::place(const Picture& p) {
   }
   std::uint32_t id = 0;
   for (const PictureTriangle& t : p.triangles) {
-    ++id;
+    if (++id % raster::kItems == 0 && cancellation.gives_up()) return;
     const auto a = static_cast<std::size_t>(t.points[0]), b = static_cast<std::size_t>(t.points[1]),
                c = static_cast<std::size_t>(t.points[2]);
     if (t.visible && good[a] && good[b] && good[c]) samples.triangle(id, view[a], view[b], view[c]);
   }
   for (const PictureBall& ball : p.balls) {
-    ++id;
+    if (++id % raster::kItems == 0 && cancellation.gives_up()) return;
     if (usable(ball.centre) && ball.radius < kFar)
       samples.ball(id, projection.view(ball.centre), ball.radius);
   }
   const float pixel = static_cast<float>(image.height) / 720;
   for (const PictureLine& line : p.lines) {
-    ++id;
+    if (++id % raster::kItems == 0 && cancellation.gives_up()) return;
     if (usable(line.a) && usable(line.b))
       samples.line(id, projection.view(line.a), projection.view(line.b), line.width * pixel,
                    line.in_front ? 0.02F : 0.004F);
@@ -115,7 +120,7 @@ void Raster::Impl::resolve() {
   const raster::Rect dark = ground_shadow.bounds(projection, image.width, image.height);
   raster::Rect rect = samples.touched();
   rect.include(dark);
-  for (int y = rect.top; y < rect.bottom; ++y)
+  for (int y = rect.top; y < rect.bottom && !cancellation.gives_up(); ++y)
     for (int x = rect.left; x < rect.right; ++x) {
       const std::uint32_t* ids = samples.ids(x, y);
       const bool in_dark = x >= dark.left && x < dark.right && y >= dark.top && y < dark.bottom;

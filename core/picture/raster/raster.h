@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,6 +34,9 @@ class Raster {
   Raster& operator=(const Raster&) = delete;
 
   static constexpr int kMostPixels = 8192;
+
+  // A stop() is asked between rows and items; true ends a picture, which is worth nothing then.
+  void stop_when(std::function<bool()> stop);
 
   // Valid until the next call. Items that are not finite, or further than 1e6 away, are left out.
   const Image& draw(const Picture& picture);

@@ -9,6 +9,8 @@
 
 namespace sim::raster {
 
+inline constexpr int kItems = 64;  // of a picture, between two questions whether it is given up
+
 // The projection onto the picture's plane: pixels (x, y) from the upper left corner are rays from
 // the eye.
 struct Projection {

@@ -34,7 +34,7 @@ V3 ShadowMap::map(const V3& p) const {
   return {(dot(p, u_) - left_) * texels_, (dot(p, v_) - top_) * texels_, dot(p, light_)};
 }
 
-void ShadowMap::draw(const Picture& picture) {
+void ShadowMap::draw(const Picture& picture, Cancellation& cancellation) {
   light_ = picture.light;
   u_ = unit(cross(std::abs(light_.y) < 0.9F ? V3{0, 1, 0} : V3{1, 0, 0}, light_));
   v_ = cross(light_, u_);
@@ -56,13 +56,18 @@ void ShadowMap::draw(const Picture& picture) {
   texels_ = static_cast<float>(kSize - 16) / extent;
   left_ -= 8 / texels_, top_ -= 8 / texels_;
   std::ranges::fill(depth_, -1e30F);
-  for (const PictureTriangle& t : picture.triangles)
+  int items = 0;
+  for (const PictureTriangle& t : picture.triangles) {
+    if (++items % kItems == 0 && cancellation.gives_up()) return;
     if (t.visible && t.casts)
       triangle(map(picture.points[static_cast<std::size_t>(t.points[0])]),
                map(picture.points[static_cast<std::size_t>(t.points[1])]),
                map(picture.points[static_cast<std::size_t>(t.points[2])]));
-  for (const PictureBall& b : picture.balls)
+  }
+  for (const PictureBall& b : picture.balls) {
+    if (++items % kItems == 0 && cancellation.gives_up()) return;
     if (b.casts) ball(b);
+  }
 }
 
 void ShadowMap::triangle(const V3& a, const V3& b, const V3& c) {
@@ -109,7 +114,7 @@ GroundShadow::Cast GroundShadow::cast(const V3& p) const {
           height > -1e-3F};
 }
 
-void GroundShadow::draw(const Picture& picture) {
+void GroundShadow::draw(const Picture& picture, Cancellation& cancellation) {
   empty_ = true;
   if (!picture.ground || !(dot(picture.light, picture.ground->up) > 0.05F)) return;
   ground_ = *picture.ground;
@@ -135,10 +140,15 @@ void GroundShadow::draw(const Picture& picture) {
   near_.assign(static_cast<std::size_t>(kSize) * kSize, 0);
   far_.assign(near_.size(), 0);
   const auto at = [&](int i) { return cast(picture.points[static_cast<std::size_t>(i)]); };
-  for (const PictureTriangle& t : picture.triangles)
+  int items = 0;
+  for (const PictureTriangle& t : picture.triangles) {
+    if (++items % kItems == 0 && cancellation.gives_up()) return;
     if (t.casts) triangle(at(t.points[0]), at(t.points[1]), at(t.points[2]), t.visible ? 1 : 0.45F);
-  for (const PictureBall& b : picture.balls)
+  }
+  for (const PictureBall& b : picture.balls) {
+    if (++items % kItems == 0 && cancellation.gives_up()) return;
     if (b.casts) ball(b);
+  }
   blur(near_, to_int(0.010F * texels_ + 0.5F, 1, 40));
   blur(far_, to_int(0.045F * texels_ + 0.5F, 1, 60));
   find_shade();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/picture/raster/samples.h"
 
 namespace sim::raster {
@@ -12,7 +13,7 @@ namespace sim::raster {
 // The shadow of a ball is that of a ball; triangles and lines are taken as they are.
 class ShadowMap {
  public:
-  void draw(const Picture& picture);
+  void draw(const Picture& picture, Cancellation& cancellation);
 
   // 0 .. 1: the share of the light that arrives at a point with that normal towards the light.
   float light(const V3& p, const V3& normal) const;
@@ -36,7 +37,7 @@ class ShadowMap {
 
 class GroundShadow {
  public:
-  void draw(const Picture& picture);
+  void draw(const Picture& picture, Cancellation& cancellation);
 
   // 0 .. 1, at the point of the ground that is u, w away from its origin.
   float dark(float u, float w) const;

@@ -2,15 +2,31 @@
 
 namespace sim::study {
 
-void follow(Track& track, const std::function<bool()>& stop, const std::function<void()>& between) {
+namespace {
+
+// Whether a step was not taken because of a request to stop.
+bool was_stopped(const Track& track, const std::function<bool()>& stop, const Advance& advance) {
+  return track.system().divergence().status == StepStatus::kStopped ||
+         (advance && !track.stuck() && stop());
+}
+
+void leave_stuck(Track& track) {
+  if (!track.stuck()) track.mark_diverged();
+}
+
+int steps_taken(Track& track, std::int64_t most, const Advance& advance) {
+  return advance ? advance(track, most) : track.advance(most);
+}
+
+}  // namespace
+
+void follow(Track& track, const std::function<bool()>& stop, const std::function<void()>& between,
+            const Advance& advance) {
   track.sample();
   while (!track.finished()) {
     if (stop()) return track.mark_interrupted();
-    if (track.advance(track.due()) == 0) {
-      if (track.system().divergence().status == StepStatus::kStopped)
-        return track.mark_interrupted();
-      return track.mark_diverged();
-    }
+    if (steps_taken(track, track.due(), advance) == 0)
+      return was_stopped(track, stop, advance) ? track.mark_interrupted() : leave_stuck(track);
     track.sample();
     if (between) between();
   }
@@ -25,22 +41,22 @@ Track* furthest_behind(std::span<Track> tracks) {
 }
 
 void follow_all(std::span<Track> tracks, const std::function<bool()>& stop,
-                const std::function<void()>& between) {
-  if (tracks.size() == 1) return follow(tracks.front(), stop, between);
+                const std::function<void()>& between, const Advance& advance) {
+  if (tracks.size() == 1) return follow(tracks.front(), stop, between, advance);
   for (Track& track : tracks) track.sample();
   while (Track* const track = furthest_behind(tracks)) {
     const bool stopped = stop();
-    if (!stopped && track->advance(1) > 0) {
+    if (!stopped && steps_taken(*track, 1, advance) > 0) {
       track->sample();
       if (between) between();
       continue;
     }
-    if (stopped || track->system().divergence().status == StepStatus::kStopped) {
+    if (stopped || was_stopped(*track, stop, advance)) {
       for (Track& each : tracks)
         if (!each.finished() && !each.stuck()) each.mark_interrupted();
       return;
     }
-    track->mark_diverged();
+    leave_stuck(*track);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "core/study/run/run_length.h"
 
+#include <algorithm>
+
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -13,6 +15,11 @@ std::int64_t steps_of(const RunLength& length, const Simulation& system) {
                 {"too many steps", brief(duration) + " s in steps of " + brief(system.h()) + " s",
                  "a run has at most 9e15 steps", "choose a larger --dt or a shorter --time"});
   return system.steps_for(duration);
+}
+
+std::int64_t row_stride(std::int64_t steps, bool world) {
+  const std::int64_t rows = world ? 4 : 10;
+  return std::max<std::int64_t>(1, steps / rows + (steps % rows != 0));
 }
 
 void shorten(const RunLength& length, Track& track) {

@@ -18,6 +18,9 @@ struct RunLength {
 // The number of steps. Throws Error{kUsage} for more than kMostSteps.
 std::int64_t steps_of(const RunLength& length, const Simulation& system);
 
+// Steps between the rows of a report: ten of a system, four of each of a world.
+std::int64_t row_stride(std::int64_t steps, bool world);
+
 // Ends a run at the requested time, with a shorter last step if necessary.
 void shorten(const RunLength& length, Track& track);
 void shorten(double end, Track& track);  // s

@@ -1,10 +1,10 @@
-#include "cli/verbs/tradeoff_chart.h"
+#include "core/report/tradeoff_chart.h"
 
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/svg.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 // The methods with a point on the front are in colour, and theirs on it are filled.
 std::string chart_of(const study::WorkPrecision& study) {
@@ -43,4 +43,4 @@ std::string chart_of(const study::WorkPrecision& study) {
   return svg(chart);
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

@@ -1,20 +1,18 @@
-#include "cli/verbs/import_mesh.h"
+#include "core/engine/import_file.h"
 
-#include <filesystem>
+#include <cctype>
 
-#include "cli/verbs/import_h5md.h"
-#include "cli/verbs/mesh_file.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/output/file_plan.h"
-#include "core/output/output.h"
+#include "core/engine/import_h5md.h"
+#include "core/engine/mesh_file.h"
 #include "core/output/writer.h"
 
-namespace sim::cli {
+namespace sim::engine {
 namespace {
 
 // Two triangles at an edge have a corner each that is not on it: "across" ties these two.
-constexpr const char* kScene = R"lua(
+constexpr const char* kMeshScene = R"lua(
 local mass = sim.arg("mass", 0.3, "kg, of all")
 local edge = sim.arg("edge", 500, "N/m, of springs along edges")
 local across = sim.arg("across", 100, "N/m, of springs across edges, against bending")
@@ -79,37 +77,34 @@ std::string plain_name(const std::string& file) {
 
 }  // namespace
 
-int import_mesh(const ImportRequest& request, Console& console) {
-  FilePlan plan;
-  plan.reads("the mesh", request.mesh);
-  if (!request.out.empty()) plan.writes("--out", request.out);
-  plan.check();
-  if (is_hdf5(ending_of(request.mesh))) return import_h5md(request, console);
-  const Mesh mesh = read_mesh(request.mesh);
-  Target target;
-  if (!request.out.empty()) target.file = request.out;
-  Output file(target, console.out);
-  std::string& out = file.buffer();
-  const std::string name = plain_name(request.mesh);
-  out += "-- " + name + ": " + std::to_string(mesh.points.size()) + " points, " +
-         std::to_string(mesh.triangles.size()) + " triangles.\nlocal sim = require \"sim\"\n";
-  out += "local points = {  -- m\n";
+void import_file(const ImportTask& task) {
+  if (is_hdf5(ending_of(task.file))) return import_h5md(task);
+  constexpr std::size_t kBlock = std::size_t{1} << 20;
+  const Mesh mesh = read_mesh(task.file);
+  const std::string name = plain_name(task.file);
+  std::string out = "-- " + name + ": " + std::to_string(mesh.points.size()) + " points, " +
+                    std::to_string(mesh.triangles.size()) +
+                    " triangles.\nlocal sim = require \"sim\"\nlocal points = {  -- m\n";
+  const auto flush = [&](std::size_t least) {
+    if (out.size() < least) return;
+    task.write(out);
+    out.clear();
+  };
   for (const Vec3& p : mesh.points) {
     out += "{" + shortest(p.x()) + "," + shortest(p.y()) + "," + shortest(p.z()) + "},\n";
-    file.flush_if_full();
+    flush(kBlock);
   }
   out += "}\nlocal triangles = {\n";
   for (const auto& [a, b, c] : mesh.triangles) {
     out += "{" + std::to_string(a) + "," + std::to_string(b) + "," + std::to_string(c) + "},\n";
-    file.flush_if_full();
+    flush(kBlock);
   }
-  std::string scene = kScene;
+  std::string scene = kMeshScene;
   scene.replace(scene.find("NAME"), 4, "\"" + name + "\"");
   out += "}\n" + scene;
-  file.commit();
+  flush(0);
   if (mesh.dropped > 0)
-    console.err << "sim: note: " << mesh.dropped << " triangles without an area are left out\n";
-  return 0;
+    task.tell("note: " + std::to_string(mesh.dropped) + " triangles without an area are left out");
 }
 
-}  // namespace sim::cli
+}  // namespace sim::engine

@@ -1,15 +1,16 @@
-#include "cli/run/recording_file.h"
+#include "core/report/recording_file.h"
 
 #include <algorithm>
 
-#include "cli/run/scene.h"
-#include "cli/terminal/console.h"
 #include "core/base/error.h"
+#include "core/output/stream.h"
+#include "core/report/study_words.h"
 
-namespace sim::cli {
+namespace sim::report {
 
-RecordingFile::RecordingFile(const std::string& file, std::ostream& errors)
-    : name_(file), errors_(errors), output_(file) {}
+RecordingFile::RecordingFile(const std::string& file,
+                             std::function<void(const std::string&)> failed)
+    : name_(file), tell_(std::move(failed)), output_(file) {}
 
 void RecordingFile::append(std::string_view lines) {
   if (failed_) return;
@@ -24,8 +25,7 @@ void RecordingFile::append(std::string_view lines) {
   } catch (const ClosedPipe&) {}
   failed_ = true;
   const std::string kept = begun_ ? "its first " + counted(lines_, "line") + " are kept, and " : "";
-  print_error(errors_,
-              "cannot write: " + name_ + ": " + why + "; " + kept + "nothing more is recorded");
+  tell_("cannot write: " + name_ + ": " + why + "; " + kept + "nothing more is recorded");
 }
 
 void RecordingFile::begin() {
@@ -39,4 +39,4 @@ void RecordingFile::begin() {
 
 int RecordingFile::finish() const { return failed_ ? static_cast<int>(ErrorKind::kIo) : 0; }
 
-}  // namespace sim::cli
+}  // namespace sim::report

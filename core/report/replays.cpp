@@ -1,4 +1,4 @@
-#include "cli/run/replay_file.h"
+#include "core/report/replays.h"
 
 #include <algorithm>
 
@@ -6,8 +6,9 @@
 #include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/report/summary.h"
+#include "core/study/method_text.h"
 
-namespace sim::cli {
+namespace sim::report {
 namespace {
 
 constexpr double kMostBytes = 256e6;
@@ -24,7 +25,7 @@ Replays::Replays(const std::string& file) : file_(file) {
       parse_recording(read_input_file(file, kMostBytes, "give a file that --record wrote"), file);
 }
 
-void complete(SceneRequest& request, const RecordingHeader& header, const std::string& file) {
+void complete(NamedScene& asked, const RecordingHeader& header, const std::string& file) {
   const auto number = [&](const std::string& word, const std::string& value) {
     const auto parsed = parse_number(value);
     if (!parsed || !(*parsed >= 0))
@@ -33,38 +34,47 @@ void complete(SceneRequest& request, const RecordingHeader& header, const std::s
   };
   for (const auto& [word, value] : header) {
     if (word == "scene") {
-      if (request.scene.empty()) request.scene = value;
+      if (asked.scene.empty()) asked.scene = value;
     } else if (word == "set") {
       const std::size_t equals = value.find('=');
       if (equals == std::string::npos || equals == 0)
         refuse_recording(file, "its header says set '" + value + "'", "write set NAME=VALUE");
-      request.settings.emplace(value.substr(0, equals), value.substr(equals + 1));
+      asked.settings.emplace(value.substr(0, equals), value.substr(equals + 1));
     } else if (word == "off") {
-      request.off.push_back(value);
+      asked.off.push_back(value);
     } else if (word == "without") {
-      request.without.push_back(value);
+      asked.without.push_back(value);
     } else if (word == "seed") {
-      if (request.seed == 0) request.seed = static_cast<std::uint64_t>(number(word, value));
+      if (asked.seed == 0) asked.seed = static_cast<std::uint64_t>(number(word, value));
     } else if (word == "integrator") {
-      if (request.integrator.name.empty()) {
-        MethodChoice choice = parse_integrator(value);
-        request.integrator = request.integrator.over(choice);
+      if (asked.integrator.name.empty()) {
+        MethodChoice choice = study::parse_integrator(value);
+        asked.integrator = asked.integrator.over(choice);
       }
-    } else if (word == "dt" && request.dt == 0) {
-      request.dt = number(word, value);
+    } else if (word == "dt" && asked.dt == 0) {
+      asked.dt = number(word, value);
     }
   }
 }
 
-void Replays::complete(SceneRequest& request) {
-  same_ = request.settings.empty() && request.off.empty() && request.without.empty() &&
-          request.integrator.name.empty() && request.integrator.given.empty() && request.dt == 0 &&
-          request.seed == 0;
-  cli::complete(request, recording_.header, file_);
+void Replays::complete(NamedScene& asked) {
+  same_ = asked.settings.empty() && asked.off.empty() && asked.without.empty() &&
+          asked.integrator.name.empty() && asked.integrator.given.empty() && asked.dt == 0 &&
+          asked.seed == 0;
+  report::complete(asked, recording_.header, file_);
   for (const auto& [word, value] : recording_.header)
-    same_ = same_ && (word != "scene" || request.scene == value);
-  if (request.scene.empty())
+    same_ = same_ && (word != "scene" || asked.scene == value);
+  if (asked.scene.empty())
     refuse_recording(file_, "it names no scene", "give one: sim SCENE --replay FILE");
+}
+
+void Replays::compare_with(const NamedScene& made) {
+  NamedScene recorded;
+  report::complete(recorded, recording_.header, file_);
+  same_ = recorded.scene == made.scene && recorded.settings == made.settings &&
+          recorded.off == made.off && recorded.without == made.without &&
+          recorded.seed == made.seed && recorded.integrator == made.integrator &&
+          recorded.dt == made.dt;
 }
 
 const RecordedSystem* Replays::recorded(std::size_t system) const {
@@ -77,8 +87,11 @@ std::int64_t Replays::steps(std::size_t system) const {
   return found ? found->end : 0;
 }
 
-void Replays::begin(const LoadedScene& scene, Registry& registry) {
-  names_ = scene.spec.world ? scene.names() : std::vector<std::string>{""};
+void Replays::begin(const StudiedScene& scene, Registry& registry) {
+  names_.clear();
+  replays_.clear();
+  for (const Simulation& system : scene.systems)
+    names_.push_back(scene.spec.world ? system.name() : "");
   for (const auto& [name, system] : recording_.systems)
     if (!std::ranges::count(names_, name))
       refuse_recording(file_, "the scene has no system '" + name + "'",
@@ -98,7 +111,7 @@ void Replays::begin(const LoadedScene& scene, Registry& registry) {
   }
 }
 
-void Replays::perform(std::size_t system, Track& track) {
+void Replays::perform(std::size_t system, study::Track& track) {
   Replay& replay = replays_[system];
   try {
     if (const auto energy = replay.perform(track.system())) track.touched(*energy);
@@ -109,7 +122,7 @@ void Replays::perform(std::size_t system, Track& track) {
   }
 }
 
-std::string Replays::compare(const LoadedScene& scene) const {
+std::string Replays::compare(const StudiedScene& scene) const {
   if (!same_) return "not the settings of the recording: other bits are right";
   if (!recording_.whole)
     return file_ + " has no end, it was cut off: replayed up to line " +
@@ -126,28 +139,28 @@ std::string Replays::compare(const LoadedScene& scene) const {
                                   "was the scene or the recording changed?"});
 }
 
-RecordingHeader recording_header(const SceneRequest& request) {
-  RecordingHeader header{{"scene", request.scene}};
-  for (const auto& [name, value] : request.settings) header.emplace_back("set", name + "=" + value);
-  for (const std::string& name : request.off) header.emplace_back("off", name);
-  for (const std::string& name : request.without) header.emplace_back("without", name);
-  if (request.seed != 0) header.emplace_back("seed", std::to_string(request.seed));
-  if (!request.integrator.name.empty()) {
-    std::string label = request.integrator.name;
+RecordingHeader recording_header(const NamedScene& asked) {
+  RecordingHeader header{{"scene", asked.scene}};
+  for (const auto& [name, value] : asked.settings) header.emplace_back("set", name + "=" + value);
+  for (const std::string& name : asked.off) header.emplace_back("off", name);
+  for (const std::string& name : asked.without) header.emplace_back("without", name);
+  if (asked.seed != 0) header.emplace_back("seed", std::to_string(asked.seed));
+  if (!asked.integrator.name.empty()) {
+    std::string label = asked.integrator.name;
     char separator = ':';
-    for (const auto& [name, value] : request.integrator.given) {
+    for (const auto& [name, value] : asked.integrator.given) {
       label += separator + name + "=" + to_text(value);
       separator = ',';
     }
     header.emplace_back("integrator", label);
   }
-  if (request.dt > 0) header.emplace_back("dt", shortest(request.dt));
+  if (asked.dt > 0) header.emplace_back("dt", shortest(asked.dt));
   return header;
 }
 
 Method method_of(const Action& action, Registry& registry) {
-  const MethodChoice choice = parse_integrator(action.name);
-  return Method(registry, typed(choice, choice.name, registry));
+  const MethodChoice choice = study::parse_integrator(action.name);
+  return Method(registry, study::typed(choice, choice.name, registry));
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

@@ -5,8 +5,8 @@
 
 #include "core/study/accuracy/work_precision.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 std::string chart_of(const study::WorkPrecision& study);
 
-}  // namespace sim::cli
+}  // namespace sim::report

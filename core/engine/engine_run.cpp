@@ -1,4 +1,4 @@
-#include "cli/run/engine_run.h"
+#include "core/engine/engine_run.h"
 
 #include <time.h>
 #include <unistd.h>
@@ -9,15 +9,18 @@
 #include <set>
 #include <sstream>
 
-#include "cli/run/scene.h"
-#include "cli/terminal/signals.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
+#include "core/report/study_words.h"
+#include "core/study/run/run_length.h"
 #include "core/study/verdict/sampling_schedule.h"
 
-namespace sim::cli {
+namespace sim::engine {
+
+using report::counted, study::kMostSteps, study::Track;
+
 namespace {
 
 // Steps between states for the work of drag. Scenes of few particles write often, within gigabytes
@@ -38,16 +41,16 @@ std::int64_t work_stride(const Track& track, std::int64_t steps, int ranks) {
 
 }  // namespace
 
-std::unique_ptr<engine::Engine> make_engine(const std::string& name, Registry& registry) {
-  if (!registry.find(kind_of<engine::Engine>, name))
+std::unique_ptr<Engine> make_engine(const std::string& name, Registry& registry) {
+  if (!registry.find(kind_of<Engine>, name))
     throw Error(ErrorKind::kUsage, {"unknown engine", "'" + name + "'", "no plugin has that name",
-                                    suggestion(name, registry.names<engine::Engine>())});
-  const auto& plugin = registry.get<engine::Engine>(name);
+                                    suggestion(name, registry.names<Engine>())});
+  const auto& plugin = registry.get<Engine>(name);
   return made(plugin.make(Params(plugin.title(), plugin.params, {}, "")), plugin);
 }
 
 std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t> strides, int ranks,
-                                     const Recorder* recorder, std::size_t number) {
+                                     const MoreMoments& more) {
   constexpr double kMost = 5e7;
   const Simulation& system = track.system();
   const std::int64_t first = system.step_count();
@@ -73,9 +76,8 @@ std::vector<std::int64_t> moments_of(Track& track, std::span<const std::int64_t>
     steps.insert(std::max(first, step));
     looks.take(step);
   }
-  if (recorder)
-    recorder->moments(number, system, last, [&](std::int64_t step) { steps.insert(step); });
-  steps.insert(std::min(last, first + engine::kExactSteps));
+  if (more) more(last, [&](std::int64_t step) { steps.insert(step); });
+  steps.insert(std::min(last, first + kExactSteps));
   return {steps.begin(), steps.end()};
 }
 
@@ -104,7 +106,7 @@ EngineNotes read_engine_notes(const std::string& folder, Registry& registry) {
     const auto number = parse_number(value);
     if (name == "engine") {
       notes.engine = value;
-      known = registry.find(kind_of<engine::Engine>, value);
+      known = registry.find(kind_of<Engine>, value);
     } else if (name == "steps" && whole && *whole >= 0 && *whole <= kMostSteps) {
       notes.steps = whole;
     } else if (name == "time" && number && *number >= 0) {
@@ -127,11 +129,10 @@ EngineNotes read_engine_notes(const std::string& folder, Registry& registry) {
 }
 
 EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track& track,
-                     std::vector<std::int64_t> moments, Registry& registry, bool quiet,
-                     Console& console)
+                     std::vector<std::int64_t> moments, Registry& registry,
+                     std::function<bool()> stop)
     : request_(request),
-      quiet_(quiet),
-      console_(console),
+      stop_(std::move(stop)),
       last_(moments.back()),
       folder_(request.results),
       engine_(make_engine(request.name, registry)),
@@ -161,12 +162,12 @@ EngineRun::EngineRun(const EngineRequest& request, const SystemSpec& spec, Track
 // The kernel solves them to rounding, too, if the engine does.
 void EngineRun::take_first_steps(Simulation& system, std::int64_t most, Registry& registry) {
   constexpr double kExact = 1e-12;
-  const Method method = system.method();
+  const sim::Method method = system.method();
   const bool solved = engine_->solves() && method.params().has("tol");
   if (solved) {
     MethodChoice exact = method.choice();
     exact.given["tol"] = kExact;
-    system.set_integrator(Method(registry, exact));
+    system.set_integrator(sim::Method(registry, exact));
   }
   first_steps_.emplace(system, most);
   if (solved) system.set_integrator(method);
@@ -182,18 +183,18 @@ bool EngineRun::advance(Track& track) {
   while (true) {
     const bool ended = !process_ || process_->ended();
     switch (frames_->next(last_)) {
-      case engine::Frames::Next::kState:
+      case Frames::Next::kState:
         if (first_steps_ && system.step_count() == first_steps_->step()) compare(system);
         return true;
-      case engine::Frames::Next::kNotFinite:
+      case Frames::Next::kNotFinite:
         track.mark_diverged("in " + engine_->name() + " a number is not finite at step " +
                             std::to_string(frames_->step()) + ", h = " + brief(system.h()) + " s");
         return false;
-      case engine::Frames::Next::kNone:
+      case Frames::Next::kNone:
         break;
     }
     if (ended) return give_up(track);
-    if (SessionSignals::any()) return false;
+    if (stop_()) return false;
     const timespec moment{0, 5'000'000};
     ::nanosleep(&moment, nullptr);
   }
@@ -201,7 +202,7 @@ bool EngineRun::advance(Track& track) {
 
 // There is no further state.
 bool EngineRun::give_up(Track& track) {
-  const engine::EngineLog log = engine_->log(folder_);
+  const EngineLog log = engine_->log(folder_);
   const std::string at =
       "step " + std::to_string(track.system().step_count()) + " of " + std::to_string(last_);
   if (log.halted) {
@@ -215,7 +216,7 @@ bool EngineRun::give_up(Track& track) {
                  "they end at " + at + (log.error.empty() ? "" : "; " + log.error),
                  "let the run there end, or take what there is: --steps " +
                      std::to_string(track.system().step_count())});
-  if (SessionSignals::any()) return false;
+  if (stop_()) return false;
   const std::string said = process_->finish();
   throw Error(ErrorKind::kIo,
               {engine_->name() + " failed", title_ + ", at " + at,
@@ -230,19 +231,16 @@ bool EngineRun::give_up(Track& track) {
 }
 
 void EngineRun::compare(const Simulation& system) {
-  const engine::FirstSteps::Answer answer = first_steps_->compare(system);
+  const FirstSteps::Answer answer = first_steps_->compare(system);
   const std::string digits = std::isinf(answer.digits) ? "all" : brief(answer.digits, 3);
   const std::string steps = "step " + std::to_string(system.step_count());
   if (!answer.same)
     throw Error(ErrorKind::kCheck, {engine_->name() + " and the kernel part", title_,
                                     "at " + steps + " they agree to " + digits + " digits only",
-                                    "--no-compare goes on all the same"});
-  if (quiet_) return;
+                                    request_.without_comparison});
   std::string version = engine_->log(folder_).version;
   if (version.empty()) version = engine_->name();
-  console_.err << "sim: note: " << version << " and the kernel agree to " << digits << " digits at "
-               << steps << '\n'
-               << std::flush;
+  note_ = version + " and the kernel agree to " + digits + " digits at " + steps;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::engine

@@ -1,4 +1,4 @@
-#include "cli/verbs/mesh_file.h"
+#include "core/engine/mesh_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "core/base/text.h"
 #include "core/output/writer.h"
 
-namespace sim::cli {
+namespace sim::engine {
 namespace {
 
 constexpr std::size_t kMostBytes = 1'000'000'000;
@@ -245,4 +245,4 @@ Mesh read_mesh(const std::string& file) {
   return mesh;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::engine

@@ -1,11 +1,11 @@
-#include "cli/verbs/stability_chart.h"
+#include "core/report/stability_chart.h"
 
 #include <cmath>
 
 #include "core/base/text.h"
 #include "core/output/svg.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 std::string chart_of(const study::Stability& study) {
   BarChart chart{.title = "Largest stable steps: " + study.system,
@@ -24,4 +24,4 @@ std::string chart_of(const study::Stability& study) {
   return svg(chart);
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

@@ -7,7 +7,7 @@
 
 #include "core/math/vec3.h"
 
-namespace sim::cli {
+namespace sim::engine {
 
 struct Mesh {
   std::vector<Vec3> points;  // the points of triangles, in the order of the file
@@ -19,4 +19,4 @@ struct Mesh {
 // Error{kUsage} with the line or byte for what is no such mesh.
 Mesh read_mesh(const std::string& file);
 
-}  // namespace sim::cli
+}  // namespace sim::engine

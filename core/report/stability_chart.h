@@ -5,8 +5,8 @@
 
 #include "core/study/limits/stability.h"
 
-namespace sim::cli {
+namespace sim::report {
 
 std::string chart_of(const study::Stability& study);
 
-}  // namespace sim::cli
+}  // namespace sim::report

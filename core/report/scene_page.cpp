@@ -1,10 +1,8 @@
-#include "cli/verbs/export_page.h"
+#include "core/report/scene_page.h"
 
 #include <algorithm>
 #include <filesystem>
 
-#include "cli/run/replay_file.h"
-#include "cli/run/run_files.h"
 #include "core/base/error.h"
 #include "core/base/md5.h"
 #include "core/base/read_file.h"
@@ -13,7 +11,7 @@
 #include "core/output/page/markup.h"
 #include "core/output/page/page.h"
 
-namespace sim::cli {
+namespace sim::report {
 namespace {
 
 namespace fs = std::filesystem;
@@ -27,8 +25,8 @@ bool is_below(const fs::path& file, const fs::path& folder) {
 
 // The folder that a page finds the scene in, as the scene was named; "" where it is not below.
 std::string folder_in_page(const std::string& scene, const fs::path& file,
-                           const Environment& environment) {
-  for (const fs::path& folder : environment.scene_folders)
+                           const std::vector<fs::path>& folders) {
+  for (const fs::path& folder : folders)
     if (is_below(file, folder)) return fs::path(scene).parent_path().generic_string() + "/";
   return "";
 }
@@ -39,20 +37,19 @@ struct PageFiles {
 };
 
 // The scene and the modules beside it; the modules of sim are in the page already.
-PageFiles files_of(const RunRequest& request, const LoadedScene& scene,
-                   const Environment& environment) {
+PageFiles files_of(const PageTask& task) {
   PageFiles files;
-  const fs::path own = fs::absolute(scene.spec.file);
-  const std::string folder = folder_in_page(request.scene.scene, own, environment);
+  const fs::path own = fs::absolute(task.spec->file);
+  const std::string folder = folder_in_page(task.scene->scene, own, task.folders);
   const auto add = [&](const std::string& name, const fs::path& file) {
     files.texts.text(name, read_input_file(file.string(), kMostScene, "a page holds less"));
   };
   files.scene = folder + own.filename().string();
   add(files.scene, own);
-  for (const InputFile& input : scene.spec.inputs) {
+  for (const InputFile& input : task.spec->inputs) {
     const auto has = [&](const fs::path& place) { return is_below(input.path, place); };
     if (input.hash == 0 || input.name == "scene") continue;
-    if (std::ranges::any_of(environment.scene_folders, has)) continue;
+    if (std::ranges::any_of(task.folders, has)) continue;
     if (!has(own.parent_path()))
       throw Error(ErrorKind::kUsage,
                   {"a page cannot hold it", input.path,
@@ -66,47 +63,36 @@ PageFiles files_of(const RunRequest& request, const LoadedScene& scene,
 }
 
 // The request's words about the scene, as lines of a recording's header.
-std::string header_of(const RunRequest& request) {
+std::string header_of(const NamedScene& scene) {
   std::string lines;
-  for (const auto& [word, value] : recording_header(request.scene))
+  for (const auto& [word, value] : recording_header(scene))
     if (word != "scene") lines += word + ' ' + value + '\n';
   return lines;
 }
 
 }  // namespace
 
-int export_page(const RunRequest& request, const LoadedScene& scene, const Environment& environment,
-                FilePlan plan, Console& console) {
-  const std::string source = page_with_kernel().string();
+std::size_t write_scene_page(const PageTask& task, FilePlan plan) {
+  const std::string source = task.page.string();
   if (!fs::exists(source))
     throw Error(ErrorKind::kIo, {"no kernel for pages", source, "it is not built",
                                  "say ./dev web in the source tree, then install again"});
-  const PageFiles files = files_of(request, scene, environment);
-  plan.writes("the page", request.export_to);
+  const PageFiles files = files_of(task);
+  plan.writes("the page", task.file);
   plan.check();
   const std::string words = script_json(JsonObject()
                                             .text("scene", files.scene)
-                                            .text("header", header_of(request))
+                                            .text("header", header_of(*task.scene))
                                             .json("files", files.texts.str())
                                             .str());
   const std::string nonce = md5(words);
-  Output output(request.export_to);
+  Output output(task.file);
   output.buffer() =
       fill_placeholders(read_input_file(source, kMostPage, "build it again"),
                         {{"TITLE", markup_text(files.scene)}, {"NONCE", nonce}, {"SCENE", words}});
   const std::size_t bytes = output.buffer().size();
   output.commit();
-  if (request.json)
-    put(console.out, JsonObject()
-                             .text("file", request.export_to)
-                             .integer("bytes", static_cast<std::int64_t>(bytes))
-                             .str() +
-                         '\n');
-  else if (!request.quiet)
-    put(console.out, label("wrote", request.export_to) +
-                         label("opens", "in any browser, without a server or a network"));
-  flush_or_throw(console.out, "standard output");
-  return 0;
+  return bytes;
 }
 
-}  // namespace sim::cli
+}  // namespace sim::report

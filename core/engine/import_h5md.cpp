@@ -1,4 +1,4 @@
-#include "cli/verbs/import_h5md.h"
+#include "core/engine/import_h5md.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -9,14 +9,12 @@
 #include <cstring>
 #include <filesystem>
 
-#include "cli/run/environment.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/base/temporary.h"
-#include "core/output/output.h"
 #include "core/output/process.h"
 
-namespace sim::cli {
+namespace sim::engine {
 namespace {
 
 // A file without a name, for what the other program writes: it finds it through us.
@@ -53,36 +51,27 @@ class Between {
 
 }  // namespace
 
-int import_h5md(const ImportRequest& request, Console& console) {
-  namespace fs = std::filesystem;
-  check_input_file(request.mesh, HUGE_VAL, "check the name and its permissions");
-  const fs::path reader = helper_file("read_h5md");
-  if (::access(reader.c_str(), X_OK) != 0)
-    throw Error(ErrorKind::kIo, {"cannot import", request.mesh, "this build has no HDF5",
+void import_h5md(const ImportTask& task) {
+  check_input_file(task.file, HUGE_VAL, "check the name and its permissions");
+  if (::access(task.read_h5md.c_str(), X_OK) != 0)
+    throw Error(ErrorKind::kIo, {"cannot import", task.file, "this build has no HDF5",
                                  "install libhdf5-dev and build again"});
-  Target target;
-  if (!request.out.empty()) target.file = request.out;
-  Output file(target, console.out);
   Between between;
-  Process process({reader.string(), fs::absolute(request.mesh).string(), between.path()});
+  Process process(
+      {task.read_h5md.string(), std::filesystem::absolute(task.file).string(), between.path()});
   std::string why = process.finish();
   if (why == "it failed") why = "it is damaged: the HDF5 library failed over it";
   if (!why.empty())
-    throw Error(ErrorKind::kUsage, {"bad H5MD file", request.mesh, why,
+    throw Error(ErrorKind::kUsage, {"bad H5MD file", task.file, why,
                                     "sim import reads H5MD 1, as --out run.h5 writes it"});
   std::string text = between.read();
   // The text begins with notes on data that a scene cannot express.
   for (std::size_t at = 0; text.compare(at, 3, "-- ") == 0;) {
     const std::size_t end = std::min(text.find('\n', at), text.size() - 1);
-    console.err << "sim: " << text.substr(at + 3, end - at - 3) << '\n';
+    task.tell(text.substr(at + 3, end - at - 3));
     at = end + 1;
   }
-  for (; !text.empty(); text = between.read()) {
-    file.buffer() += text;
-    file.flush_if_full();
-  }
-  file.commit();
-  return 0;
+  for (; !text.empty(); text = between.read()) task.write(text);
 }
 
-}  // namespace sim::cli
+}  // namespace sim::engine
