@@ -36,7 +36,7 @@ struct SceneRequest {
   LuaLimits lua = {};
   bool safe = false;  // --safe
   // --plugin-path and --load: the registry has them, and printed commands repeat them.
-  Folders plugin_path, libraries;
+  Folders plugin_path = {}, libraries = {};
 };
 
 // The part of a request that recordings and pages tell, and a request with that part.

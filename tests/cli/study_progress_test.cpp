@@ -9,7 +9,7 @@
 
 #include "cli/run/environment.h"
 #include "cli/verbs/stability.h"
-#include "cli/verbs/stability_chart.h"
+#include "core/report/stability_chart.h"
 #include "core/study/limits/stability.h"
 #include "tests/cli/program.h"
 #include "tests/support/scenes.h"
