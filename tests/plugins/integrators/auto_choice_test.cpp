@@ -280,6 +280,14 @@ TEST_CASE("steps that a method takes together end at a step of the run") {
   CHECK(trial.step(1, 3).taken == 1);
   CHECK(trial.asked.most == Counts{12, 3, 4});
   CHECK(trial.asked.restarts == std::vector<double>{0.25});
+  // One that fails within the first step of the run ends it.
+  trial.behaviour.at_once = 1;
+  trial.behaviour.fails_at = trial.t + 0.3;
+  trial.asked.most.clear();
+  trial.asked.restarts.clear();
+  CHECK(trial.step(1, 3).status == StepStatus::kNotFinite);
+  CHECK(trial.asked.most == Counts{12, 3});
+  CHECK(trial.asked.restarts == std::vector<double>{0.25});
 }
 
 // x grows by c h^3 a step: against two halves the error is c h^3 (1 - 1/4) / 3 in a method of
