@@ -158,7 +158,8 @@ std::string compare(const Task& task, const StudiedScene& scene, AskedWords& wor
                 .color = words.text("color"),
                 .size = words.text("size"),
                 .springs = words.all("springs"),
-                .wireframe = words.flag("wireframe", false)};
+                .wireframe = words.flag("wireframe", false),
+                .trails = words.all("trails")};
   if (const std::optional<double> fps = words.number("fps")) {
     if (!(*fps >= 1e-6 && *fps <= 1e6))
       refuse("bad value", "fps " + brief(*fps), "it is out of range", "30 is usual");

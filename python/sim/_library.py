@@ -70,7 +70,8 @@ class VerdictRecord(ctypes.Structure):
 
 class LookRecord(ctypes.Structure):
     _fields_ = [("size", c_size_t), ("width", c_int), ("height", c_int), ("color", c_char_p),
-                ("camera", c_char_p), ("springs", POINTER(c_char_p)), ("wireframe", c_int)]
+                ("camera", c_char_p), ("springs", POINTER(c_char_p)), ("wireframe", c_int),
+                ("trails", POINTER(c_char_p))]
 
 
 WATCH = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
@@ -270,7 +271,7 @@ def as_setting(value):
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False):
+def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False, trails=()):
     """How pictures look, as the library takes it."""
     record = LookRecord(size=ctypes.sizeof(LookRecord), width=as_int(width, "width"),
                         height=as_int(height, "height"), color=color and as_bytes(color),
@@ -278,6 +279,9 @@ def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False
     drawn = texts([springs] if isinstance(springs, (str, int)) else springs)
     if drawn is not None:
         record.springs = drawn  # the record keeps it alive
+    followed = texts([trails] if isinstance(trails, (str, int)) else trails)
+    if followed is not None:
+        record.trails = followed
     return record
 
 

@@ -515,7 +515,8 @@ class Scene(System, Owner):
     def write(self, file, time=0.0, fps=30.0, progress=None, **looks):
         """Writes a file of any kind that `sim --out` knows: of now, or of `time` s from now in
         steps, fps pictures a second of simulated time. looks: width, height, color, camera, springs
-        and wireframe of pictures and films, as in picture(). Ctrl-C ends it; no file is left."""
+        and wireframe of pictures and films, as in picture(), and trails of particles and bodies,
+        12 or "body:0", through the moments of the file. Ctrl-C ends it; no file is left."""
         fps, time = as_number(fps, "fps", 1e-6), as_number(time, "time", 0)
         writer = lib.sim_writer_open_look(self._open(), as_bytes(file), fps, look(**looks),
                                           self._failed)

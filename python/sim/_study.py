@@ -44,7 +44,7 @@ def _texts_of(asked):
             continue
         values = value if isinstance(value, (list, tuple)) else [value]
         words = [as_setting(one) for one in values]
-        pairs += [(name, word) for word in words] if name in ("over", "of", "out", "springs") else (
+        pairs += [(name, word) for word in words] if name in ("over", "of", "out", "springs", "trails") else (
             [(name, ",".join(words))] if words else [])
     return texts([f"{name}={word}" for name, word in pairs])
 
@@ -129,7 +129,7 @@ def compare(scene, methods=(), time=None, reference=None, of=None, out=(), look=
     seconds (of wall time), error: rms of positions, m, the largest of all times; rms: that at the
     end; most: of one particle, m; off: of what is observed; diverged_at, s.
     out: files with a panel for each method, of any kind that `sim compare --out` knows; look: how
-    they look, a dict with fps, color, camera, size ("1280x720"), springs, wireframe.
+    they look, a dict with fps, color, camera, size ("1280x720"), springs, wireframe, trails.
     """
     asked = dict(look or {}, time=time, of=of, out=out)
     if "wireframe" in asked:

@@ -105,6 +105,7 @@ static const sim_look* look(void) {
   if (below(3) == 0) given.camera = text();
   if (below(3) == 0) given.springs = list();
   given.wireframe = below(2);
+  if (below(3) == 0) given.trails = list();
   if (below(8) == 0) given.size = (size_t)below(sizeof given);
   return &given;
 }

@@ -374,7 +374,25 @@ static void runs_are_asked_for_figures(void) {
 }
 
 /* Looks of pictures, as the options of the command line. */
+/* True for two files of a folder that are there and have other bytes. */
+static int files_differ(const char* folder, const char* one, const char* other) {
+  char name[600];
+  FILE *a, *b;
+  int x = 0, y = 0, differ = 0;
+  snprintf(name, sizeof name, "%s/%s", folder, one);
+  a = fopen(name, "rb");
+  snprintf(name, sizeof name, "%s/%s", folder, other);
+  b = fopen(name, "rb");
+  while (a && b && x != EOF && y != EOF && !differ) differ = (x = getc(a)) != (y = getc(b));
+  if (a) fclose(a);
+  if (b) fclose(b);
+  return differ;
+}
+
 static void pictures_have_looks(const char* folder) {
+  static const char* const trails[] = {"40", NULL};
+  static const char* const bad_trails[] = {"4000", NULL};
+  int i, k, ended[3];
   static const char* const springs[] = {"12", "shear", NULL};
   static const char* const bad_springs[] = {"nonsense", NULL};
   sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
@@ -426,6 +444,19 @@ static void pictures_have_looks(const char* folder) {
   CHECK(sim_writer_finish(writer, watch, &seen, &error) == SIM_STOPPED && seen.calls == 1);
   sim_writer_close(writer);
   CHECK(sim_writer_open_look(cloth, file, 1e300, NULL, NULL) == NULL);
+  /* A trail goes through the moments of the file. */
+  for (i = 0; i < 3; ++i) {
+    snprintf(file, sizeof file, "%s/trail%d.png", folder, i);
+    look.trails = i == 0 ? NULL : i == 1 ? trails : bad_trails;
+    CHECK(sim_reset(cloth, NULL) == SIM_OK);
+    writer = sim_writer_open_look(cloth, file, 30, &look, &error);
+    for (k = 0; writer && k < 4; ++k)
+      if (sim_writer_add(writer, &error) != SIM_OK || sim_step(cloth, 30, NULL, NULL) != SIM_OK) break;
+    ended[i] = writer && k == 4 ? sim_writer_finish(writer, NULL, NULL, &error) : SIM_USAGE;
+    sim_writer_close(writer);
+  }
+  CHECK(ended[0] == SIM_OK && ended[1] == SIM_OK && ended[2] != SIM_OK && error.what[0]);
+  CHECK(files_differ(folder, "trail0.png", "trail1.png"));
   CHECK(sim_writer_finish(NULL, NULL, NULL, NULL) == SIM_USAGE);
   sim_close(cloth);
 }
