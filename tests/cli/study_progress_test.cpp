@@ -194,7 +194,7 @@ TEST_CASE("the plot of stable steps has a bar for each method without steps of i
                    method("unknown", {}, {}),
                    method("euler", 0.0, 0.0),
                    method("bdf2", HUGE_VAL, {})};
-  const std::string svg = chart_of(study);
+  const std::string svg = report::chart_of(study);
   CHECK_THAT(svg, Contains("Largest stable steps: cloth &lt;8&gt;"));
   CHECK_THAT(svg, Contains("largest stable step [s]; the line is the step of the scene, 0.005 s"));
   for (const char* name : {"dopri5", "auto", "unknown"}) CHECK(svg.find(name) == svg.npos);
