@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/picture/look.h"
 #include "core/picture/quantity.h"
@@ -94,8 +95,7 @@ void Measured::judge(One& one, const Frame& frame, const std::vector<double>& er
     }
     size = std::max(size, high - low);
   }
-  for (const double error : errors)
-    if (!(error <= most)) most = error;
+  for (const double error : errors) most = larger_error(error, most);
   study::RunDeviation& parted = one.parted;
   if (!std::isfinite(most) || !(size > 0) || frame.step < one.begin + kTelling) return;
   parted.outcome = study::RunDeviation::Outcome::kCompared;

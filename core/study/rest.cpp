@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/particles/particles.h"
 #include "core/study/accuracy/trajectory.h"
@@ -24,10 +25,8 @@ void each_number(const StateShape& shape, const std::string& name, const Visit& 
 double largest_acceleration(Simulation& simulation, const double* x, Array& at, Array& slope) {
   simulation.ode().eval(simulation.t(), {x, {}}, at.data(), slope.data());
   double most = 0;
-  each_number(simulation.shape(), "velocity", [&](std::size_t i) {
-    const double size = std::fabs(slope[i]);
-    if (!(size <= most)) most = size;
-  });
+  each_number(simulation.shape(), "velocity",
+              [&](std::size_t i) { most = larger_error(std::fabs(slope[i]), most); });
   return most;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/array.h"
+#include "core/base/finite.h"
 #include "core/math/power.h"
 #include "core/ode/fastest_mode.h"
 #include "core/ode/stability.h"
@@ -213,7 +214,7 @@ class Automatic final : public sim::Integrator {
     for (std::size_t i = 0; i < fine_.size(); ++i) {
       const double allowed = tol_ * (1 + std::max(std::fabs(x[i]), std::fabs(fine_[i])));
       const double error = std::fabs(fine_[i] - coarse_[i]) / gain / allowed;
-      if (!(error <= most)) most = error;
+      most = sim::larger_error(error, most);
     }
     return std::isnan(most) ? HUGE_VAL : most;
   }

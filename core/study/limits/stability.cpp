@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "core/base/error.h"
+#include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/study/accuracy/cost_estimate.h"
 #include "core/study/accuracy/sweep.h"
@@ -70,8 +71,7 @@ std::optional<EnergyAtStep> energy_at(const Problem& problem, double fraction, d
 
 double largest_difference(std::span<const double> a, std::span<const double> b) {
   double most = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    if (const double difference = std::abs(a[i] - b[i]); !(difference <= most)) most = difference;
+  for (std::size_t i = 0; i < a.size(); ++i) most = larger_error(std::abs(a[i] - b[i]), most);
   return most;
 }
 

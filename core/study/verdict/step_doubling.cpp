@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/finite.h"
 #include "core/base/noise.h"
 #include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
@@ -29,7 +30,7 @@ double largest_distance(std::span<const double> a, std::span<const double> b, bo
     double square = 0;
     for (std::size_t k = i; k < i + width; ++k) square += (a[k] - b[k]) * (a[k] - b[k]);
     const double distance = std::sqrt(square);
-    if (!(distance <= most)) most = distance;  // not a number counts as the worst
+    most = larger_error(distance, most);
   }
   return std::isnan(most) ? HUGE_VAL : most;
 }
@@ -233,7 +234,7 @@ void StepDoubling::compare_frame(std::size_t k, double factor, std::span<const S
   const double own = frame.seen.energy, other = shadow[k - 1].energy;
   double low = other, high = other;
   if (acts_between_steps(*run_)) {
-    // What stands on something trembles within the tolerance of contact.
+    // A body that stands on something trembles within the tolerance of contact.
     constexpr double kFaint = 1e-6, kTrembles = 10;
     if (moved <= std::min(kFaint * size, kTrembles * distance)) return;
     // An impact that comes a moment sooner or later takes its energy then.
