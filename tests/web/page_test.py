@@ -150,6 +150,15 @@ def test_studies(browser, folder):
     assert not tab.js("document.getElementById('tradeoff').disabled")
     check_quiet(tab)
     tab.close()
+    # A plot is of one system; a world has the words alone.
+    tab = opened(browser, export(folder, "scenes/sample.lua"))
+    tab.js("document.getElementById('stability').click()")
+    tab.until("document.body.dataset.studied=='stability'", 200)
+    said = tab.js("document.getElementById('said').textContent")
+    assert said.count("verlet") >= 2, said
+    assert not tab.js(f"!!{plot}")
+    check_quiet(tab)
+    tab.close()
     print("test_studies ok", flush=True)
 
 
