@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <string_view>
+#include <utility>
 
 #include "cli/terminal/console.h"
 #include "cli/terminal/signals.h"
@@ -42,21 +43,27 @@ std::string command_for(const SceneRequest& request) {
   return text;
 }
 
+SceneVariant variant_of(const SceneRequest& request) {
+  return {request.settings, request.off, request.without, request.integrator, request.dt};
+}
+
+SceneRequest with_variant(SceneRequest request, const SceneVariant& variant) {
+  request.settings = variant.settings;
+  request.off = variant.off;
+  request.without = variant.without;
+  request.integrator = variant.integrator;
+  request.dt = variant.dt;
+  return request;
+}
+
 report::NamedScene named_scene(const SceneRequest& request) {
-  return {{request.settings, request.off, request.without, request.integrator, request.dt},
-          request.scene,
-          request.seed};
+  return {variant_of(request), request.scene, request.seed};
 }
 
 SceneRequest with_scene(SceneRequest request, const report::NamedScene& named) {
   request.scene = named.scene;
-  request.settings = named.settings;
-  request.off = named.off;
-  request.without = named.without;
-  request.integrator = named.integrator;
-  request.dt = named.dt;
   request.seed = named.seed;
-  return request;
+  return with_variant(std::move(request), named);
 }
 
 bool LoadedScene::has_second_order() const {

@@ -39,6 +39,10 @@ struct SceneRequest {
   Folders plugin_path = {}, libraries = {};
 };
 
+// The part of a request that studies change, and a request with that part.
+SceneVariant variant_of(const SceneRequest& request);
+SceneRequest with_variant(SceneRequest request, const SceneVariant& variant);
+
 // The part of a request that recordings and pages tell, and a request with that part.
 report::NamedScene named_scene(const SceneRequest& request);
 SceneRequest with_scene(SceneRequest request, const report::NamedScene& named);

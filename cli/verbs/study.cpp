@@ -17,34 +17,20 @@ class RequestedScene final : public SceneSource {
 
   std::string name() const override { return request_.scene; }
   StudiedScene load(const SceneVariant& variant) override {
-    return cli::load(changed(variant), environment_, registry_);
+    return cli::load(with_variant(request_, variant), environment_, registry_);
   }
   RunOptions options(const SceneVariant& variant, const SystemSpec& system) override {
-    return run_options(changed(variant), system, registry_);
+    return run_options(with_variant(request_, variant), system, registry_);
   }
   std::string command(const SceneVariant& variant) const override {
-    return command_for(changed(variant));
+    return command_for(with_variant(request_, variant));
   }
 
  private:
-  SceneRequest changed(const SceneVariant& variant) const {
-    SceneRequest request = request_;
-    request.settings = variant.settings;
-    request.off = variant.off;
-    request.without = variant.without;
-    request.integrator = variant.integrator;
-    request.dt = variant.dt;
-    return request;
-  }
-
   const SceneRequest& request_;
   const Environment& environment_;
   Registry& registry_;
 };
-
-SceneVariant variant_of(const SceneRequest& request) {
-  return {request.settings, request.off, request.without, request.integrator, request.dt};
-}
 
 // The parameters of the study from the command line, as they are declared.
 Params params_of(const StudyRequest& request, const Plugin<Study>& plugin) {

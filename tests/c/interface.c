@@ -850,7 +850,7 @@ static void loads_and_pictures_are_ended(void) {
   sim_close(cloth);
 }
 
-/* What is done by calls is written down, and repeated with the same bits. */
+/* Changes by calls are written down, and repeated with the same bits. */
 static void what_is_done_is_recorded(const char* folder) {
   static const double v[3] = {0.1, 0, -0.2};
   struct watched seen = {0, 1};

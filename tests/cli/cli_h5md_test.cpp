@@ -81,7 +81,7 @@ for name in ['position', 'velocity']:
     assert (g[name + '/step'][:] == e[:, 0]).all() and (g[name + '/time'][:] == e[:, 1]).all()
 for column, name in enumerate(['kinetic_energy', 'potential_energy']):
     assert (f['observables'][name]['value'][:] == e[:, 2 + column]).all()
-assert (f['observables/work/value'][:] == e[:, 5]).all()
+assert (f['observables']['work']['value'][:] == e[:, 5]).all()
 assert (g['mass'][:] == 1 / 64).all() and (g['id'][:] == np.arange(64)).all()
 assert list(np.nonzero(g['species'][:] == 1)[0]) == [0, 7] and g['species'][:].sum() == 2
 s = f['connectivity/springs']

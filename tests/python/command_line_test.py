@@ -97,7 +97,7 @@ def test_recordings():
     t.replay("hands.rec")
     assert t.hash == s.hash == line["systems"][0]["hash"]
     assert without_times(t.summary) == without_times(line)
-    # Of a scene that was loaded likewise, too; of another one the bits are not compared.
+    # A scene that was loaded likewise replays it, too; the bits of another one are not compared.
     u = sim.load("scenes/cloth.lua", n=8)
     u.replay("hands.rec")
     assert u.hash == s.hash

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/finite.h"
 #include "core/base/text.h"
 #include "core/study/verdict/criterion.h"
 
@@ -38,8 +39,7 @@ Deviation deviation(const SystemSpec& spec, const Simulation& system) {
   for (std::size_t i = 0; i < numbers; ++i) {
     const double value = system.state()[part.at(i / axes, i % axes)];
     const double error = std::abs(value - exact[i]);
-    // An error that is not a number stays the largest.
-    if (error > result.error || std::isnan(error)) result.error = error;
+    result.error = larger_error(error, result.error);
     result.size = std::max(result.size, std::abs(exact[i]));
   }
   return result;
