@@ -9,6 +9,9 @@ namespace {
 constexpr std::size_t kMostBounces = 400;       // of each point
 constexpr std::size_t kMostLooked = 2'000'000;  // points that are looked at for the next bounce
 constexpr double kHeld = 1e-9;                  // of the softness alone: links do not let it move
+// An approach slower than this share of the fastest is none. Points without restitution would give
+// each other a geometric series of ever weaker impulses; resting contact solves its rest.
+constexpr double kNoApproach = 1e-13, kInelastic = 1e-3;
 
 // The change of the velocity along n, at an arm, by a unit impulse along n there.
 double inverse_effective_mass(const SolverBody& solver_body, const Vec3& arm, const Vec3& n) {
@@ -112,18 +115,37 @@ double time_since(double gap, double rate, double a, double h) {
 }
 
 // The gap s before the end is g - v s + a s^2 / 2, with g and v those at the end.
-double ContactSolver::next_touch(std::span<const SolverBody> solver_bodies, const ContactPoint& m,
-                                 double now, double fastest) {
-  const double g = m.path_gap + moved(solver_bodies, m), a = m.acceleration,
-               v = m.normal.dot(velocity(solver_bodies, m)) - m.path_gain;
+double ContactSolver::Approach::next_touch(double now) const {
   double s = now;
-  if (g - (v - 0.5 * a * now) * now > m.tiny) {
-    if (!(g < 0)) return -1;
-    s = time_since(g, v, a, now);
-  } else if (g > m.tiny) {
+  if (gap - (rate - 0.5 * acceleration * now) * now > tiny) {
+    if (!(gap < 0)) return -1;
+    s = time_since(gap, rate, acceleration, now);
+  } else if (gap > tiny) {
     return -1;
   }
-  return v - a * s < -1e-13 * fastest ? s : -1;
+  return rate - acceleration * s < -least ? s : -1;
+}
+
+void ContactSolver::update_approach(std::span<const SolverBody> solver_bodies,
+                                    std::span<const ContactPoint> contacts, std::size_t k) {
+  const ContactPoint& m = contacts[k];
+  approaches_[k].gap = m.path_gap + moved(solver_bodies, m);
+  approaches_[k].rate = m.normal.dot(velocity(solver_bodies, m)) - m.path_gain;
+}
+
+// Sorts the contacts by body, by counting.
+void ContactSolver::list_contacts(std::size_t bodies, std::span<const ContactPoint> contacts) {
+  first_.assign(bodies + 2, 0);
+  const auto each = [&](const auto& visit) {
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      visit(k, static_cast<std::size_t>(contacts[k].first));
+      if (contacts[k].second >= 0) visit(k, static_cast<std::size_t>(contacts[k].second));
+    }
+  };
+  each([&](std::size_t, std::size_t body) { ++first_[body + 2]; });
+  for (std::size_t i = 2; i < first_.size(); ++i) first_[i] += first_[i - 1];
+  contacts_of_.resize(first_.back());
+  each([&](std::size_t k, std::size_t body) { contacts_of_[first_[body + 1]++] = k; });
 }
 
 void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
@@ -132,6 +154,16 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   double fastest = 0, now = h;
   for (const ContactPoint& m : contacts)
     if (m.active) fastest = std::max(fastest, -m.before);
+  list_contacts(solver_bodies.size(), contacts);
+  approaches_.resize(contacts.size());
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const ContactPoint& m = contacts[k];
+    const bool rebounds = m.restitution > 0 || m.has_law();
+    approaches_[k] = {.acceleration = m.acceleration,
+                      .tiny = m.tiny,
+                      .least = (rebounds ? kNoApproach : kInelastic) * fastest};
+    update_approach(solver_bodies, contacts, k);
+  }
   std::size_t after = 0;  // the meeting behind the last one: who comes next at the same moment
   const std::size_t most = std::min(kMostBounces * contacts.size(),
                                     kMostLooked / std::max<std::size_t>(1, contacts.size()));
@@ -140,9 +172,9 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     double earliest = -1, soft = 0;
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       const std::size_t at = (after + k) % contacts.size();
-      const ContactPoint& m = contacts[at];
-      const double s = next_touch(solver_bodies, m, now, fastest);
+      const double s = approaches_[at].next_touch(now);
       if (!(s > earliest)) continue;
+      const ContactPoint& m = contacts[at];
       const double own = joints_ ? joint_inverse_mass(solver_bodies, m) : m.inverse_mass_n;
       if (!(own > kHeld * m.inverse_mass_n)) continue;
       next = at, earliest = s, soft = own;
@@ -159,7 +191,18 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     const Vec3 along = slip - m.normal.dot(slip) * m.normal;
     const Vec3 pull = within_cone(-along / m.inverse_mass_t, m.friction_at(along.norm()) * push);
     apply(solver_bodies, m, push * m.normal + pull, now);
-    if (joints_) joints_->project(solver_bodies, false);
+    if (joints_) {
+      joints_->project(solver_bodies, false);
+      for (std::size_t k = 0; k < contacts.size(); ++k)
+        update_approach(solver_bodies, contacts, k);
+      continue;
+    }
+    for (const int body : {m.first, m.second}) {
+      if (body < 0) continue;
+      const auto b = static_cast<std::size_t>(body);
+      for (std::size_t k = first_[b]; k < first_[b + 1]; ++k)
+        update_approach(solver_bodies, contacts, contacts_of_[k]);
+    }
   }
 }
 

@@ -95,12 +95,22 @@ class ContactSolver {
                        const ContactPoint& contact);  // of the first, relative
 
  private:
+  // The motion of a gap at the end of the step, as the impulses so far have it.
+  struct Approach {
+    double gap = 0, rate = 0, acceleration = 0;  // m, m/s, m/s^2
+    double tiny = 0, least = 0;                  // m; m/s: a slower approach is none
+    // The time, s, before the end of the step of the next impact, at most `now`; negative: none.
+    double next_touch(double now) const;
+  };
   double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
-  // The time, s, before the end of the step of the next impact, at most `now`; negative: none.
-  static double next_touch(std::span<const SolverBody> solver_bodies, const ContactPoint& m,
-                           double now, double fastest);
+  void list_contacts(std::size_t bodies, std::span<const ContactPoint> contacts);
+  void update_approach(std::span<const SolverBody> solver_bodies,
+                       std::span<const ContactPoint> contacts, std::size_t k);
+
   JointProjection* joints_ = nullptr;
   std::vector<SolverBody> scratch_;
+  std::vector<Approach> approaches_;               // of each contact
+  std::vector<std::size_t> first_, contacts_of_;  // of each body, one list behind the other
 };
 
 }  // namespace sim
