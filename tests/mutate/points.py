@@ -122,8 +122,9 @@ class Finder:
             for other in ('+ 1', '- 1'):
                 self.add('off by one', spans[1], f'(({self.text(*spans[1])}) {other})', state)
         elif name == 'UNARY_OPERATOR' and spans and spans[0]:
-            if self.text(whole[0], spans[0][0]).strip() in ('-', '!'):
-                self.add('sign', whole, self.text(*spans[0]), state)
+            sign, operand = self.text(whole[0], spans[0][0]).strip(), self.text(*spans[0])
+            if sign in ('-', '!'):  # an optional has the type bool only where it is negated
+                self.add('sign', whole, operand if sign == '-' else f'static_cast<bool>({operand})', state)
         elif name in ('INTEGER_LITERAL', 'FLOATING_LITERAL') and other_number(self.text(*whole)):
             self.add('constant', whole, other_number(self.text(*whole)), state)
         elif name == 'CALL_EXPR':
