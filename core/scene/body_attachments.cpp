@@ -30,7 +30,7 @@ BodyAttachments::BodyAttachments(const Elements& of, const SystemSpec& spec,
     if (is_new && id < n) {
       nodes.push_back({1, {id}, {1}});
     } else if (is_new) {
-      if (id < 0 || id - n >= points)
+      if (id - n >= points)
         throw Error(ErrorKind::kScene, {"a point of a body", "", "it does not exist", ""});
       const BodyPoint& point = spec.points[static_cast<std::size_t>(id - n)];
       const RigidBody& body = bodies[static_cast<std::size_t>(point.body)];

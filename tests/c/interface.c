@@ -1013,6 +1013,87 @@ static void threads_do_not_meet(void) {
   CHECK(hashes[0] == CLOTH_HASH && hashes[1] == CLOTH_HASH);
 }
 
+/* What was refused, where, why, and what to do: each in its place. */
+static int says(const sim_error* error, const char* what, const char* where, const char* why,
+                const char* remedy) {
+  const int right = strcmp(error->what, what) == 0 && strcmp(error->where, where) == 0 &&
+                    strcmp(error->why, why) == 0 && strcmp(error->remedy, remedy) == 0;
+  if (!right) tell(error);
+  return right;
+}
+
+static void refusals_say_what_where_and_why(const char* folder) {
+  static const char* const no_value[] = {"n", NULL};
+  static const char* const no_budget[] = {"budget", NULL};
+  sim_scene* cloth = open_or_tell("scenes/cloth.lua", NULL);
+  sim_options options = SIM_OPTIONS;
+  sim_look look = SIM_LOOK;
+  sim_error error;
+  sim_part part;
+  size_t size;
+  char file[512];
+  snprintf(file, sizeof file, "%s/refused.csv", folder);
+  sim_step(NULL, 1, NULL, &error);
+  CHECK(says(&error, "null handle", "scene", "there is nothing to work on",
+             "give one that is open"));
+  sim_open(NULL, NULL, &error);
+  CHECK(says(&error, "null text", "name", "a text is wanted", "give one that ends with a zero byte"));
+  sim_state(cloth, 3, "position", &part, &error);
+  CHECK(says(&error, "no such system", "3", "the scene has 1", "they count from 0"));
+  options.settings = no_value;
+  sim_open("scenes/cloth.lua", &options, &error);
+  CHECK(says(&error, "bad setting", "settings 'n'", "it is not NAME=VALUE", "write it like n=32"));
+  options.settings = NULL;
+  options.dt = -1;
+  sim_open("scenes/cloth.lua", &options, &error);
+  CHECK(says(&error, "bad value", "dt -1", "it must be above 0, or 0 for the scene's own",
+             "give it in s, like 0.005"));
+  options.dt = 0;
+  options.threads = 1025;
+  sim_open("scenes/cloth.lua", &options, &error);
+  CHECK(says(&error, "bad value", "threads 1025", "it is not 1 .. 1024",
+             "give the number of cores at most"));
+  options.threads = 1024; /* the last of them */
+  sim_close(open_or_tell("scenes/cloth.lua", &options));
+  options.threads = 0;
+  options.size = 9;
+  sim_open("scenes/cloth.lua", &options, &error);
+  CHECK(says(&error, "bad options", "size 9", "it is that of no version", "begin with SIM_OPTIONS"));
+  look.width = 3;
+  sim_draw(cloth, &look, &size, &error);
+  CHECK(says(&error, "bad value", "width, height", "one of the two is 0", "give both, or none"));
+  look.width = 0, look.height = 3;
+  sim_draw(cloth, &look, &size, &error);
+  CHECK(says(&error, "bad value", "width, height", "one of the two is 0", "give both, or none"));
+  sim_writer_open(cloth, file, 2e6, &error);
+  CHECK(says(&error, "bad value", "frames_per_second 2e+06", "it is out of range",
+             "give a number like 30"));
+  sim_verdict_json(cloth, &error);
+  CHECK(says(&error, "no verdict", "scene", "there was no judged run", "call sim_run() first"));
+  sim_run(cloth, 1, 3, NULL, NULL, &error);
+  CHECK(says(&error, "bad value", "verify 3", "it is 0, 1 or 2", "1 is usual"));
+  sim_run(cloth, NAN, 0, NULL, NULL, &error);
+  CHECK(says(&error, "bad value", "time", "it is not a number", "give it in s"));
+  sim_record_end(cloth, &error);
+  CHECK(says(&error, "no recording", "scene", "none was begun, or it has ended",
+             "call sim_record() first"));
+  sim_choose(cloth, "1%", NULL, INFINITY, NULL, NULL, &error);
+  CHECK(says(&error, "bad value", "time", "it is not a finite number", "give it in s"));
+  sim_free(sim_study("minimal", "scenes/cloth.lua", NULL, no_budget, NULL, NULL, NULL, &error));
+  CHECK(says(&error, "bad word", "asked 'budget'", "it is not NAME=VALUE",
+             "write it like budget=1%"));
+  sim_record(cloth, file, &error);
+  sim_choose(cloth, "1%", NULL, 1, NULL, NULL, &error);
+  CHECK(says(&error, "not in a recording", "choose", "a recording has steps and changes only",
+             "end it before: sim_record_end()"));
+  CHECK(sim_record_end(cloth, NULL) == SIM_OK && sim_step(cloth, 1, NULL, NULL) == SIM_OK);
+  sim_choose(cloth, "1%", NULL, 1, NULL, NULL, &error);
+  CHECK(says(&error, "not at its start", "scene",
+             "trials begin with the state of the scene, which was stepped or changed since",
+             "open it again, and choose first"));
+  sim_close(cloth);
+}
+
 int main(int argc, char** argv) {
   CHECK(sim_interface_version() / 1000 == SIM_MAJOR && sim_version()[0]);
   structures_are_those_of_1_0();
@@ -1036,6 +1117,7 @@ int main(int argc, char** argv) {
   methods_are_compared();
   scenes_are_swept();
   errors_are_asked_for();
+  refusals_say_what_where_and_why(argc > 1 ? argv[1] : ".");
   a_scene_is_in_one_call();
   threads_do_not_meet();
   printf("%d passed, %d failed\n", passed, failed);

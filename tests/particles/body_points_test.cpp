@@ -1,6 +1,7 @@
 // Forces and constraints on points of bodies against plain loops over the points' weights.
 #include "core/particles/rigid/body_points.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -335,4 +336,95 @@ TEST_CASE("gradients of a constraint on points are those of its equations", "[pa
   }
   CHECK(constraint->name(2) == "pair 2 of its points");
   CHECK(constraint->breakable() == nullptr);
+}
+
+namespace {
+
+// The rows of Distances that are whole, as ties that break; and the place of point 1 as memory.
+class Ropes final : public Constraint, public Breakable {
+ public:
+  RowPattern pattern() const override {
+    RowPattern pattern;
+    for (std::size_t r = 0; r < std::size(Distances::kPairs); ++r)
+      if (std::ranges::count(broken_, static_cast<int>(r)) == 0)
+        pattern.add({Distances::kPairs[r][0], Distances::kPairs[r][1]});
+    return pattern;
+  }
+  void evaluate(const ParticleView&, const Rows&) const override {}
+  bool moves() const override { return true; }
+  int internal_size() const override { return 2; }
+  void start(std::span<double> memory) const override { memory[1] = 7; }
+  void follow(const ParticleView& view, std::span<double> memory) const override {
+    memory[0] = view.position(1).y();
+  }
+  std::string complaint() const override { return "too far"; }
+  std::string note() const override { return "a note"; }
+  Breakable* breakable() override { return this; }
+  int ties() const override { return static_cast<int>(std::size(Distances::kPairs)); }
+  std::array<int, 2> ends(int tie) const override {
+    return {Distances::kPairs[tie][0], Distances::kPairs[tie][1]};
+  }
+  double energy(const ParticleView& view, int tie) const override {
+    return view.position(Distances::kPairs[tie][0]).x();
+  }
+  void find_overloaded(const ParticleView& view, std::span<const double> multipliers,
+                       std::vector<int>& ties) const override {
+    for (std::size_t r = 0; r < multipliers.size(); ++r)
+      if (multipliers[r] > view.position(Distances::kPairs[r][0]).x())
+        ties.push_back(static_cast<int>(r));
+  }
+  void set_broken(std::span<const int> ties) override { broken_.assign(ties.begin(), ties.end()); }
+
+ private:
+  std::vector<int> broken_;
+};
+
+}  // namespace
+
+TEST_CASE("a constraint on points remembers and breaks by the places of its points",
+          "[particles]") {
+  const auto constraint = constraint_on_nodes(std::make_unique<Ropes>(), kPoints);
+  const Cloud first(1);
+  constraint->bind(first.view);
+  CHECK((constraint->moves() && constraint->internal_size() == 2));
+  CHECK((constraint->complaint() == "too far" && constraint->note() == "a note"));
+  Breakable* const ropes = constraint->breakable();
+  REQUIRE(ropes);
+  CHECK(ropes->ties() == 4);
+  CHECK(ropes->ends(0) == std::array<int, 2>{7, 0});
+  CHECK(ropes->ends(1) == std::array<int, 2>{0, 3});
+  CHECK(ropes->ends(2) == std::array<int, 2>{2, 0});
+  std::size_t whole = 0, torn = 0;
+  for (unsigned seed = 2; seed < 9; ++seed) {
+    const Cloud cloud(seed);
+    double memory[2] = {};
+    constraint->start(memory);
+    CHECK((memory[0] == 0 && memory[1] == 7));
+    constraint->follow(cloud.view, memory);
+    CHECK(memory[0] == Approx(cloud.of_point(1, false).y()));
+    CHECK(memory[1] == 7);
+    const double multipliers[] = {0.1, -0.2, 0.3, 0};
+    std::vector<int> found{9}, right{9};  // to which they are appended
+    ropes->find_overloaded(cloud.view, multipliers, found);
+    for (std::size_t r = 0; r < 4; ++r) {
+      const double place = cloud.of_point(slot(Distances::kPairs[r][0]), false).x();
+      CHECK(ropes->energy(cloud.view, static_cast<int>(r)) == Approx(place));
+      if (multipliers[r] > place) right.push_back(static_cast<int>(r));
+    }
+    CHECK(found == right);
+    torn += right.size() - 1;
+    whole += 5 - right.size();
+  }
+  CHECK((torn > 5 && whole > 5));
+  // Equations of what is broken are left out, and come back.
+  const RowPattern all = constraint->pattern();
+  const int broken[] = {0, 2};
+  ropes->set_broken(broken);
+  const RowPattern left = constraint->pattern();
+  REQUIRE(left.rows() == 2);
+  CHECK(std::ranges::equal(left.of(0), all.of(1)));
+  CHECK(std::ranges::equal(left.of(1), all.of(3)));
+  ropes->set_broken({});
+  CHECK(constraint->pattern().ids == all.ids);
+  CHECK(constraint->pattern().begin == all.begin);
 }

@@ -35,9 +35,11 @@ TEST_CASE("only parts with points of bodies are of nodes") {
     CHECK(particles.count == kParticles);
   }
   // Nodes come in the order in which they are named, each once.
-  const Elements mixed = of({3, 10, 10, 9, 3, 0});
+  Elements mixed = of({3, 10, 10, 9, 3, 0});
+  mixed.carried["m"] = {1, 2, 3};
   const BodyAttachments joined(mixed, spec, bodies, kParticles);
   CHECK(&joined.elements == &joined.own);
+  CHECK(joined.own.carried.empty());  // numbers of particles
   CHECK(joined.own.ids == std::vector<int>{0, 1, 1, 2, 0, 3});
   CHECK(joined.count == 4);
   REQUIRE(joined.nodes.size() == 4);
@@ -51,11 +53,13 @@ TEST_CASE("only parts with points of bodies are of nodes") {
     CHECK(joined.nodes[node].ids == std::array<int, 4>{5, 6, 7, 8});
     CHECK(joined.nodes[node].weights == bodies[0].weights(spec.points[point].at));
   }
-  // The last point, the first, one beyond the last.
+  // The last point, the first, one beyond the last, which is left to others where it is alone.
   CHECK(BodyAttachments(of({0, 10}), spec, bodies, kParticles).count == 2);
   CHECK(BodyAttachments(of({0, 9}), spec, bodies, kParticles).count == 2);
   CHECK(BodyAttachments(of({0, 8}), spec, bodies, kParticles).nodes.empty());
-  CHECK_THROWS(BodyAttachments(of({9, 11}), spec, bodies, kParticles));
+  CHECK(BodyAttachments(of({0, 11}), spec, bodies, kParticles).nodes.empty());
+  CHECK_THROWS_WITH(BodyAttachments(of({9, 11}), spec, bodies, kParticles),
+                    Catch::Contains("a point of a body: it does not exist"));
   Elements grid = of({0, 9});
   grid.cells = true;
   CHECK_THROWS_WITH(BodyAttachments(grid, spec, bodies, kParticles),

@@ -56,3 +56,88 @@ TEST_CASE("stages, ties and implicit vectors count where they are") {
   CHECK(part(plain, "constraints") == 0);
   CHECK(plain.total() > 0);
 }
+
+// All is counted in proportion; constants are measured, and stand in the estimate alone.
+TEST_CASE("each part of a scene counts by its number, and nothing else does") {
+  Registry registry = sim_test::make_registry();
+  const IntegratorInfo verlet{.evaluations = 1}, implicit{.evaluations = 1, .implicit = true};
+  const auto of = [&](const SystemSpec& spec, const IntegratorInfo& info) {
+    return memory_estimate(spec, info, registry);
+  };
+  const auto row = [](int n, std::size_t springs, std::size_t rods) {
+    SystemSpec spec;
+    spec.particles.emplace();
+    for (int i = 0; i < n; ++i) spec.particles->list.push_back({.position = Vec3(i, 0, 0)});
+    spec.forces = {sim_test::make_gravity(), sim_test::make_springs("edge", 10)};
+    for (std::size_t i = 0; i < 2 * springs; ++i) spec.forces[1].elements.ids.push_back(int(i));
+    spec.forces[1].elements.arity = 2;
+    spec.constraints = {sim_test::make_part("distance"), sim_test::make_part("plane")};
+    for (std::size_t i = 0; i < 2 * rods; ++i) spec.constraints[0].elements.ids.push_back(int(i));
+    spec.constraints[0].elements.arity = 2;
+    if (rods == 0) spec.constraints.clear();
+    return spec;
+  };
+  const char* const ties = "springs and other ties";
+  const MemoryEstimate one = of(row(100, 10, 10), implicit);
+  REQUIRE(part(one, "particles") >= 100 * (sizeof(double) * 12 + sizeof(ParticleSpec)) * 0.9);
+  CHECK(part(of(row(300, 10, 10), implicit), "particles") == 3 * part(one, "particles"));
+  CHECK(part(of(row(300, 10, 10), implicit), "the method") == 3 * part(one, "the method"));
+  CHECK(part(of(row(300, 10, 10), implicit), "vectors of GMRES") ==
+        3 * part(one, "vectors of GMRES"));
+  CHECK(part(of(row(300, 10, 10), implicit), ties) == part(one, ties));
+  CHECK(part(of(row(100, 30, 10), implicit), ties) == 3 * part(one, ties));
+  CHECK(part(of(row(100, 30, 10), implicit), "their derivatives") ==
+        3 * part(one, "their derivatives"));
+  CHECK(part(of(row(100, 10, 30), implicit), "constraints") == 3 * part(one, "constraints"));
+  for (const char* const each : {ties, "their derivatives", "constraints", "vectors of GMRES"}) {
+    CHECK(part(one, each) > 0);
+    CHECK(part(of(row(100, 0, 0), implicit), each) == 0);
+  }
+  CHECK(part(of(row(100, 10, 10), verlet), "vectors of GMRES") == 0);
+  // A method that does not say its evaluations has none.
+  CHECK(part(of(row(100, 0, 0), {.evaluations = -1}), "the method") == 0);
+  CHECK(part(of(row(100, 0, 0), implicit), "the method") ==
+        part(of(row(100, 0, 0), {.evaluations = 9, .implicit = true}), "the method"));
+  // Places of a grid are not listed, and neither are its springs; pieces of a solid have memory of
+  // their own.
+  const SystemSpec grid = sim_test::make_cloth(10);
+  CHECK(part(of(grid, verlet), "particles") < part(one, "particles"));
+  CHECK(part(of(grid, verlet), ties) == 0);
+  CHECK(part(of(grid, implicit), "their derivatives") > 0);
+  SystemSpec solid = row(100, 10, 0);
+  const double as_springs = part(of(solid, verlet), ties);
+  solid.forces[1].plugin = "solid";
+  CHECK(part(of(solid, verlet), ties) - as_springs ==
+        Approx(10 * registry.get<Force>("solid", {}).element_bytes));
+  CHECK(registry.get<Force>("solid", {}).element_bytes > 0);
+}
+
+TEST_CASE("components count by their number, and contact by the triangles that may meet") {
+  Registry registry = sim_test::make_registry();
+  SystemSpec circle = sim_test::make_circle();
+  const MemoryEstimate three = memory_estimate(circle, {}, registry);
+  REQUIRE(three.parts.size() == 1);
+  CHECK(three.total() >= static_cast<double>(2 * sizeof(double) * circle.first_order->state.size()));
+  const std::size_t before = circle.first_order->state.size();
+  circle.first_order->state.resize(5 * before);
+  CHECK(memory_estimate(circle, {}, registry).total() == 5 * three.total());
+
+  SystemSpec cloth = sim_test::make_cloth(4);
+  CHECK(part(memory_estimate(cloth, {}, registry), "contact") == 0);
+  cloth.contact.emplace(ContactSpec{.plugin = "surfaces"});
+  double last = 0;
+  for (const int triangles : {5, 12, 1}) {
+    std::vector<TriangleMesh::Triangle> list;
+    for (int i = 0; i < triangles; ++i) list.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    cloth.contact->surfaces.push_back(std::make_shared<TriangleMesh>(3 * triangles, list));
+    last += triangles * registry.get<StepCorrection>("surfaces", {}).element_bytes;
+    CHECK(part(memory_estimate(cloth, {}, registry), "contact") == Approx(last));
+  }
+  CHECK(last > 0);
+}
+
+TEST_CASE("an estimate names its largest parts first and leaves out what does not matter") {
+  const MemoryEstimate estimate{{{"a", 2e6}, {"b", 1e4}, {"c", 7e6}, {"d", 2e5}}};
+  CHECK(estimate.total() == 9.21e6);
+  CHECK(estimate.text() == "c 7 MB, a 2 MB, d 1 MB");
+}

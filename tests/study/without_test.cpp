@@ -54,6 +54,8 @@ TEST_CASE("a part is left out by its name or its family, and nothing else") {
   CHECK_THROWS_WITH(left("gravty"),
                     Contains("--without gravty") && Contains("did you mean 'gravity'?"));
   CHECK_THROWS_WITH(left("left.gravity"), Contains("nothing to leave out"));
+  CHECK_THROWS_WITH(left("xxxxxxxx"), Contains("known: drag, edge, fold, gravity, plane, spring") &&
+                                          !Contains("left."));
 }
 
 TEST_CASE("in a world a part is left out of all systems, or of the one that is named") {

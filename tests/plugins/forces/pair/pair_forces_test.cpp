@@ -378,6 +378,35 @@ TEST_CASE("a pair force refuses what does not fit its potential") {
   CHECK_THAT(error_of({{"potential", std::string("coulomb")}}), Contains("lennard_jones"));
 }
 
+// All parameters of the three potentials: which each takes, what it says of the others, and of 0.
+TEST_CASE("each pair law takes its own parameters, not those of the others, and not 0") {
+  const std::map<std::string, std::vector<std::string>> own{
+      {"lennard_jones", {"epsilon", "sigma", "cutoff", "smooth"}},
+      {"soft", {"k", "radius"}},
+      {"morse", {"depth", "r0", "a", "cutoff", "smooth"}}};
+  for (const auto& [law, takes] : own)
+    for (const char* const name :
+         {"epsilon", "sigma", "k", "radius", "depth", "r0", "a", "cutoff", "smooth"}) {
+      const auto with = [&](double value) {
+        std::map<std::string, Value> given{{"potential", law}, {name, value}};
+        if (std::string(name) == "smooth") given[name] = std::string("off");
+        return error_of(given);
+      };
+      const bool cuts = std::string(name) == "cutoff" || std::string(name) == "smooth";
+      INFO(law << ", " << name);
+      if (std::ranges::count(takes, name) == 0) {
+        CHECK(with(2) == "force 'pair': potential '" + law + "' takes no " + name + "; leave " +
+                             name + " out" +
+                             (cuts ? ": " + law + " ends at its radius"
+                                   : ", or choose the potential it belongs to"));
+      } else {
+        CHECK(with(2) == "");
+        if (std::string(name) != "smooth")
+          CHECK(with(0) == "force 'pair': " + std::string(name) + " is 0; give a positive number");
+      }
+    }
+}
+
 TEST_CASE("lists that do not fit into memory are an error before the first step") {
   const Points points(33000, Vec3(1, 2, 3));
   const State state(points);
