@@ -209,10 +209,11 @@ class System {
     for (std::size_t i = 0; i < energies.size(); ++i) energies_[i].append(&energies[i]);
   }
 
+  // Up to the first that fails: another call would replace the library's words on it.
   bool close() {
-    bool good = step_.close() && time_.close() && x_.close() && (!v_ || v_->close());
-    for (Series<double>& each : energies_) good = each.close() && good;
-    return position_.close() && particles_.close() && good;
+    return step_.close() && time_.close() && x_.close() && (!v_ || v_->close()) &&
+           std::ranges::all_of(energies_, &Series<double>::close) && position_.close() &&
+           particles_.close();
   }
 
   // The grid of one moment; arrays are pieces of those in the file.
@@ -347,9 +348,7 @@ class H5md final : public sim::Writer {
   }
 
   void commit() override {
-    bool good = true;
-    for (const auto& system : systems_) good = system->close() && good;
-    if (!good || !file_.close()) fail(task_.file);
+    if (!std::ranges::all_of(systems_, &System::close) || !file_.close()) fail(task_.file);
     write_xdmf();
     beside_.commit();
     xdmf_.commit();

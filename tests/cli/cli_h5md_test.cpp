@@ -392,4 +392,23 @@ TEST_CASE("H5MD files of worlds, checks of names, and what cannot be written") {
   CHECK(files_in(here.folder.path()) == 3);
 }
 
+// The system's word for EFBIG, alone: neither the library's sentence around it nor nothing.
+TEST_CASE("H5MD files that find no room say so, wherever it ends") {
+  need_hdf5();
+  const Here here;
+  ProgramOptions shell = here.options;
+  shell.program = "/bin/sh";
+  for (const char* const blocks : {"2", "60", "200", "400"}) {  // of 512 bytes
+    INFO(blocks);
+    const Outcome full = run_sim({"-c", std::string("ulimit -f ") + blocks + "; exec '" +
+                                            SIM_BINARY + "' -q -T 0.5 --out a.h5"},
+                                 shell);
+    CHECK(full.code == 5);
+    CHECK(full.err ==
+          "sim: error: cannot write: a.h5: File too large; check the folder, its permissions and "
+          "the space there\n");
+    CHECK(files_in(here.folder.path()) == 0);
+  }
+}
+
 }  // namespace sim_test
