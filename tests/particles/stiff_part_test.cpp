@@ -39,8 +39,7 @@ class Field final : public Force {
   Field(double omega, double decay) : omega_(omega), decay_(decay) {}
   void accumulate(const ParticleView& view, Tile tile, ForceSink sink) const override {
     for (int i = tile.begin; i < tile.end; ++i)
-      sink.add(i, -view.mass[i] * (omega_ * omega_ * view.position(i) +
-                                   decay_ * view.velocity(i)));
+      sink.add(i, -view.mass[i] * (omega_ * omega_ * view.position(i) + decay_ * view.velocity(i)));
   }
   bool depends_on_velocity() const override { return decay_ > 0; }
   bool has_jacobian() const override { return true; }
@@ -64,16 +63,16 @@ struct Masses {
   Partition partition;
 
   Masses(int n, std::vector<std::vector<Tie>> forces, std::vector<std::optional<bool>> wishes = {},
-      std::vector<std::pair<double, double>> fields = {}) {
+         std::vector<std::pair<double, double>> fields = {}) {
     const Layout layout(n);
     state = Array(layout.size());
     for (int i = 0; i < n; ++i) layout.block(state.data(), 0)[i] = i;
     std::vector<std::unique_ptr<Force>> all;
     for (const std::vector<Tie>& ties : forces) all.push_back(std::make_unique<Ties>(n, ties));
     for (const auto& [omega, decay] : fields) all.push_back(std::make_unique<Field>(omega, decay));
-    system = std::make_unique<ParticleSystem>(std::vector<double>(slot(n), kMass),
-                                              std::vector<int>{}, std::move(all), state.data(),
-                                              pool);
+    system =
+        std::make_unique<ParticleSystem>(std::vector<double>(slot(n), kMass), std::vector<int>{},
+                                         std::move(all), state.data(), pool);
     StiffPart part(*system, [=, this](const Force& force) -> std::optional<bool> {
       for (std::size_t i = 0; i < wishes.size(); ++i)
         if (system->forces()[i] == &force) return wishes[i];
@@ -100,16 +99,19 @@ struct Masses {
       const auto a = layout.axes(sums[k].data(), 3);
       of[k]->accelerate(of[k]->view(0, x.data()), a.data());
     }
+    const auto last = static_cast<std::ptrdiff_t>(layout.n() - 1);
+    stiffly = layout.block(sums[2].data(), 3)[last] / layout.block(sums[0].data(), 3)[last];
     for (int i = 0; i < layout.n(); ++i)
       for (int block = 3; block < 6; ++block)
-        CHECK(layout.block(sums[0].data(), block)[i] ==
-              Approx(layout.block(sums[1].data(), block)[i] +
-                     layout.block(sums[2].data(), block)[i])
-                  .margin(1e-8));
+        CHECK(
+            layout.block(sums[0].data(), block)[i] ==
+            Approx(layout.block(sums[1].data(), block)[i] + layout.block(sums[2].data(), block)[i])
+                .margin(1e-8));
   }
 
   PartitionCount counted;
   std::vector<int> ends;
+  double stiffly = 0;  // the share of the acceleration of the last particle that is stiff
 };
 
 // A spring between two particles of mass m has omega = sqrt(2 k / m) and is alone in its mode.
@@ -139,7 +141,7 @@ TEST_CASE("springs beyond the limit of the step are stiff, and no others", "[par
   CHECK(row.partition.step == Masses::kStep);
   // Half of them may be stiff; where more would be, all are.
   CHECK(pairs({200, 110, 5, 99}).counted.stiff_springs == 2);
-  CHECK(pairs({200, 110, 5}).counted.stiff_springs == 3);
+  CHECK(pairs({200, 110, 0.5}).counted.stiff_springs == 3);
   CHECK(pairs({200}).counted.stiff_springs == 1);
 }
 
@@ -170,6 +172,10 @@ TEST_CASE("what a scene says of a force holds whatever its springs are", "[parti
   };
   CHECK(stiff({}) == std::vector<int>{2, 3, 4, 5});
   CHECK(stiff({true}) == std::vector<int>{0, 1, 2, 3, 4, 5});
+  // Nothing else has to be where that is enough.
+  const Masses enough(6, {slow, fast, {{4, 5, stiffness(90)}}}, {{}, true});
+  CHECK(enough.ends == std::vector<int>{2, 3});
+  CHECK(enough.partition.cut == HUGE_VAL);
   CHECK(stiff({{}, true}) == std::vector<int>{2, 3, 4, 5});
   CHECK(stiff({true, true, false}) == std::vector<int>{0, 1, 2, 3});
   // Nothing helps what is kept soft beyond the limit: the others are as they would be.
@@ -183,10 +189,15 @@ TEST_CASE("forces without springs are stiff as a whole where they are fast", "[p
   const auto stiff = [](double omega, double decay) {
     const Masses row(3, {{{0, 1, stiffness(5)}}}, {}, {{omega, decay}});
     CHECK(row.counted.stiff_springs == 0);
+    CHECK(row.stiffly == static_cast<double>(row.counted.stiff_forces));
     return row.counted.stiff_forces;
   };
   CHECK(stiff(99.8, 0) == 0);
   CHECK(stiff(101, 0) == 1);
   CHECK(stiff(1, 199) == 0);
   CHECK(stiff(1, 202) == 1);
+  // Two that are too fast together: the faster one is enough. sqrt(80^2 + 75^2) = 109.7.
+  const Masses two(3, {{{0, 1, stiffness(5)}}}, {}, {{75, 0}, {80, 0}});
+  CHECK(two.counted.stiff_forces == 1);
+  CHECK(two.stiffly == Approx(80.0 * 80 / (75 * 75 + 80 * 80)));
 }
