@@ -196,8 +196,8 @@ TEST_CASE("forces without springs are stiff as a whole where they are fast", "[p
   CHECK(stiff(101, 0) == 1);
   CHECK(stiff(1, 199) == 0);
   CHECK(stiff(1, 202) == 1);
-  // Two that are too fast together: the faster one is enough. sqrt(80^2 + 75^2) = 109.7.
-  const Masses two(3, {{{0, 1, stiffness(5)}}}, {}, {{75, 0}, {80, 0}});
+  // Two that are too fast together, sqrt(70^2 + 75^2) = 102.6: the faster one is enough.
+  const Masses two(3, {{{0, 1, stiffness(5)}}}, {}, {{70, 0}, {75, 0}});
   CHECK(two.counted.stiff_forces == 1);
-  CHECK(two.stiffly == Approx(80.0 * 80 / (75 * 75 + 80 * 80)));
+  CHECK(two.stiffly == Approx(75.0 * 75 / (70 * 70 + 75 * 75)));
 }

@@ -184,6 +184,12 @@ TEST_CASE("prescribed motion and colliders that begin to move wake islands") {
   sim::SystemSpec spec = make_hall(3);
   const int led = 2 * kLength;
   std::erase(spec.particles->pinned, led);
+  for (const Vec3& velocity : {Vec3(0, 0.2, 0), Vec3(0, 0, -0.2)}) {
+    spec.particles->prescribed = {{led, starting(0.6, velocity), {}}};
+    sim::Simulation across = make(spec, registry);
+    REQUIRE(asleep_after(across, 299) == 2);
+    REQUIRE(asleep_after(across, 4) == 1);
+  }
   spec.particles->prescribed = {{led, starting(0.6, {0.2, 0, 0}), {}}};
   sim::Simulation system = make(spec, registry);
   REQUIRE(asleep_after(system, 299) == 2);
@@ -339,6 +345,25 @@ TEST_CASE("sleep without a positive energy or time, or where nothing rests alone
   sim::SystemSpec windy = make_hall(2);
   windy.forces.push_back(make_part("gust", {{"c", 0.01}}));
   refused(windy, "internal variables");
+  // Each part of the error in its place.
+  const auto says = [&](sim::SystemSpec spec, const std::string& why) {
+    spec.place = "hall.lua:7";
+    CHECK_THROWS_WITH(make(spec, registry), "sleep does not fit: hall.lua:7: " + why);
+  };
+  sim::SystemSpec rods = make_hall(3);
+  sim::PartSpec rod = make_part("distance");
+  for (int k = 1; k < kLength; ++k) rod.elements.add({kLength + k - 1, kLength + k});
+  rods.constraints = {rod};
+  CHECK(make(rods, registry).sleep().islands == 3);
+  rods.forces = {make_gravity(), make_drag(0.05)};  // each other particle is alone
+  CHECK(make(rods, registry).sleep().islands == 1 + 2 * kLength);
+  rods.constraints[0].given["break_force"] = 5.0;
+  says(rods, "this scene has rods that may break; leave sleep out, or break_force");
+  sim::SystemSpec led = make_hall(1);
+  led.constraints = {make_part("on_plane", {{"point", starting(0, {0, 0, 1})}})};
+  led.constraints[0].elements.arity = 1;
+  led.constraints[0].elements.ids = {1};
+  says(led, "this scene has constraints that move; leave sleep out");
   sim::SystemSpec first = make_circle();
   first.sleep = sim::SleepSpec{.energy = 1};
   CHECK_THROWS_WITH(sim::Simulation(first, registry), Catch::Contains("first-order"));
