@@ -156,3 +156,112 @@ TEST_CASE("a choice that is told to end says so", "[study][goal]") {
   CHECK_FALSE(choice.complete);
   CHECK_FALSE(choice.method);
 }
+
+// A run of up to 1e5 evaluations of 64 particles is tried whole; of a longer one a half, a quarter,
+// .. that is no longer, but no less than a 64th. Told to end at once, it has tried nothing.
+TEST_CASE("trials take as much of a run as is cheap", "[study][goal]") {
+  sim::Registry registry = make_registry();
+  const auto share = [&](const sim::SystemSpec& spec, const char* method, double evaluations) {
+    constexpr double kEach = 0.01;
+    sim::SystemSpec given = spec;
+    given.integrator = method;
+    given.dt = kEach;
+    const ErrorGoal goal{.budget = {1e-2, false}, .time = evaluations * kEach};
+    const GoalChoice choice = sim::study::choose_for_error(
+        {&given, &registry}, goal, [](std::string_view, double) { return false; });
+    CHECK_FALSE(choice.complete);
+    CHECK(choice.time == goal.time);
+    return choice.window / choice.time;
+  };
+  const sim::SystemSpec one = make_elastic_pendulum();
+  CHECK(share(one, "verlet", 0.99e5) == 1);
+  CHECK(share(one, "verlet", 1.01e5) == 0.5);
+  CHECK(share(one, "verlet", 1.99e5) == 0.5);
+  CHECK(share(one, "rk4", 1.01e5) == 0.125);  // four a step
+  CHECK(share(one, "verlet", 63e5) == 1.0 / 64);
+  CHECK(share(one, "verlet", 1e9) == 1.0 / 64);
+  CHECK(share(make_cloth(16), "verlet", 0.99e5) ==
+        Approx(share(make_cloth(8), "verlet", 0.99e5) / 4));  // four times the particles
+  sim::SystemSpec flat = make_chaos();
+  CHECK(share(flat, "rk4", 0.99e5 / 4) == 1);
+  const sim::OdeFunction still = [](double, std::span<const double>, std::span<double> dxdt) {
+    std::ranges::fill(dxdt, 0.0);
+  };
+  flat.first_order =
+      sim::FirstOrderSpec{1, std::vector<double>(3 * 128, 1), make_part("lua", {{"f", still}})};
+  CHECK(share(flat, "rk4", 0.99e5 / 4) == 0.5);
+}
+
+// As many states as the scene has steps, in multiples of 120, but 40 of an implicit method.
+TEST_CASE("methods of own steps show states at the steps that are asked for", "[study][goal]") {
+  const sim::SystemSpec spec = make_elastic_pendulum(0.1);
+  const auto states = [&](const char* method, double own, double asked) {
+    sim::SystemSpec given = spec;
+    given.dt = own;
+    const GoalChoice choice = choice_of(
+        given, {.budget = {1e-2, false}, .time = 1, .integrators = {{method, {}}}, .dt = asked});
+    REQUIRE(choice.method);
+    CHECK(choice.tolerance > 0);
+    CHECK(std::get<double>(choice.integrator().given.at("tol")) == choice.tolerance);
+    return 1 / choice.dt;
+  };
+  CHECK(states("dopri5", 0.005, 0) == Approx(240));
+  CHECK(states("dopri5", 1.0 / 120, 0) == Approx(120));
+  CHECK(states("dopri5", 1.0 / 121, 0) == Approx(240));
+  CHECK(states("dopri5", 0.5, 0) == Approx(120));
+  CHECK(states("dopri5", 0.5, 0.002) == Approx(600));
+  CHECK(states("esdirk43", 0.005, 0) == Approx(40));
+  CHECK(states("esdirk43", 0.005, 0.005) == Approx(240));
+}
+
+// x = cos t + 2 over half a turn, from 3 to 1, whose mean is 2.
+TEST_CASE("an error of a quantity is a share of its range, or of its size where it has none",
+          "[study][goal]") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_circle();
+  const auto seen = [](double factor, double offset) {
+    return [=](const sim::Simulation& system) { return factor * system.position(0)[0] + offset; };
+  };
+  spec.observers = {
+      {"x", seen(1, 2)}, {"back", seen(-1, -2)}, {"three", seen(0, -3)}, {"nothing", seen(0, 0)}};
+  sim::study::Problem problem{&spec, &registry};
+  const auto size = [&](const char* of) {
+    problem.of = sim::study::Quantity(spec, of);
+    const GoalChoice choice = sim::study::choose_for_error(
+        problem, {.budget = {1e-3, false}, .time = std::acos(-1.0)}, no_watch());
+    CHECK(choice.allowed == Approx(1e-3 * choice.size));
+    CHECK(choice.unit.empty());
+    CHECK(choice.kept);
+    CHECK_FALSE(choice.chaotic);
+    return choice.size;
+  };
+  CHECK(size("x") == Approx(2).epsilon(1e-2));
+  CHECK(size("back") == Approx(2).epsilon(1e-2));
+  CHECK(size("mean x") == Approx(2).epsilon(1e-2));
+  CHECK(size("mean back") == Approx(2).epsilon(1e-2));
+  CHECK(size("three") == 3);
+  CHECK(size("nothing") == 1);
+}
+
+TEST_CASE("candidates are told cheapest first, with the orders that they show", "[study][goal]") {
+  const sim::SystemSpec spec = make_elastic_pendulum();
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-7, false}, .time = 2});
+  REQUIRE(choice.candidates.size() > 4);
+  sim::Registry registry = make_registry();
+  double runs = 0;
+  for (std::size_t k = 0; k < choice.candidates.size(); ++k) {
+    const sim::study::GoalCandidate& each = choice.candidates[k];
+    INFO(each.label << ", order " << each.order);
+    if (k > 0) CHECK(choice.candidates[k - 1].cost <= each.cost);
+    const sim::IntegratorInfo info = info_of(each.label, registry);
+    if (!info.adaptive && each.runs > 1) {
+      CHECK(each.order > 0.5 * info.order);
+      CHECK(each.order <= info.order);
+    }
+    runs += each.runs;
+  }
+  CHECK(choice.candidates[0].label == choice.method->label);
+  CHECK(choice.cost_of_ten < choice.candidates[0].cost);
+  CHECK(choice.trials > runs);  // each has many evaluations
+  CHECK(choice.cost < 3 * choice.candidates[0].cost);
+}
