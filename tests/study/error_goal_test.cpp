@@ -192,7 +192,7 @@ TEST_CASE("trials take as much of a run as is cheap", "[study][goal]") {
   CHECK(share(flat, "rk4", 0.99e5 / 4) == 0.5);
 }
 
-// As many states as the scene has steps, in multiples of 120, but 40 of an implicit method.
+// The states are as many as the scene has steps, in multiples of 120, but 40 of an implicit method.
 TEST_CASE("methods of own steps show states at the steps that are asked for", "[study][goal]") {
   const sim::SystemSpec spec = make_elastic_pendulum(0.1);
   const auto states = [&](const char* method, double own, double asked) {
