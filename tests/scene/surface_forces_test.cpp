@@ -266,6 +266,13 @@ TEST_CASE("a force that is kept to some particles acts on them as on all") {
   spec.forces[2].particles = all;
   CHECK_THROWS_WITH(sim::Simulation(spec, registry), Catch::Contains("kept to some particles"));
   spec = make_cloth(6);
-  spec.forces[0].particles = std::vector<int>{36};
-  CHECK_THROWS_WITH(sim::Simulation(spec, registry), Catch::Contains("ascending ids"));
+  for (const std::vector<int>& wrong :
+       std::vector<std::vector<int>>{{36}, {0, 36}, {-1}, {-1, 3}, {4, 3}, {3, 3}, {0, 400}}) {
+    spec.forces[0].particles = wrong;
+    CHECK_THROWS_WITH(sim::Simulation(spec, registry), Catch::Contains("ascending ids"));
+  }
+  for (const std::vector<int>& right : std::vector<std::vector<int>>{{}, {0}, {35}, {0, 35}}) {
+    spec.forces[0].particles = right;
+    CHECK_NOTHROW(sim::Simulation(spec, registry));
+  }
 }
