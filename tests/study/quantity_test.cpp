@@ -51,6 +51,26 @@ TEST_CASE("figures of a course are those of the signal, to the order of what lie
   CHECK(figure("period x", rippled, 10, 4000) == Approx(0.7).epsilon(2e-3));
 }
 
+// -cos(2 pi t) rises through any level once in each 1 s, the second time in the last interval or
+// just behind it; one of the first looks has to be below the level.
+TEST_CASE("a period is known from the look on at which it is complete") {
+  const auto fall = [](double t) { return -std::cos(2 * M_PI * t); };
+  // The mean until 1.24 s is -sin(2.48 pi) / 2.48 pi = -0.1281, which it passes at 1.2296 s.
+  CHECK(figure("period x", fall, 1.24, 62) == Approx(1).epsilon(1e-5));
+  CHECK(std::isnan(figure("period x", fall, 1.22, 61)));
+  for (const double start : {0.0, 0.2})  // and at 0.24 s it is above it
+    CHECK(figure(
+              "period x", [&](double t) { return fall(t + start); }, 3, 300) ==
+          Approx(1).epsilon(1e-5));
+  // The largest of all looks, of which one is the first or the last, or beside them.
+  for (const double top : {0.0, 0.05, 0.5, 0.95, 1.0}) {
+    const auto arch = [&](double t) { return 2 - (t - top) * (t - top); };
+    CHECK(figure("max x", arch, 1, 50) == Approx(2).margin(1e-12));
+    CHECK(figure(
+              "min x", [&](double t) { return -arch(t); }, 1, 50) == Approx(-2).margin(1e-12));
+  }
+}
+
 TEST_CASE("late figures are those of the second half") {
   const auto step = [](double t) { return t < 5 ? 100 * t : wave(t); };
   CHECK(figure("mean x", step, 10, 2000) > 100);
