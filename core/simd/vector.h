@@ -109,7 +109,7 @@ SIM_INLINE V<Real> squared(const V3<Real>& d) {
   return fma(d.z, d.z, fma(d.y, d.y, d.x * d.x));
 }
 
-#if SIM_BITS != 512
+#if SIM_BITS == 128
 // Writes first + lane to `out` for each lane of the bits in which v <= limit, in their order, and
 // returns how many. May write as many entries as there are lanes.
 SIM_INLINE int append_within(Doubles v, double limit, unsigned bits, int first, std::int32_t* out) {

@@ -46,16 +46,41 @@ SIM_INLINE unsigned bits_of(Mask m) {
   return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m));
 }
 
-SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
-  const auto point = [&](int lane) { return points + 4 * std::ptrdiff_t{index[lane]}; };
-  const double *a = point(0), *b = point(1), *c = point(2), *d = point(3);
-  return {Doubles{a[0], b[0], c[0], d[0]}, Doubles{a[1], b[1], c[1], d[1]},
-          Doubles{a[2], b[2], c[2], d[2]}};
-}
+// Halves of points, 0 and 2 beside 1 and 3: gather instructions take longer, and so do numbers one
+// by one.
 SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index, Doubles& fourth) {
-  const auto last = [&](int lane) { return points[4 * std::ptrdiff_t{index[lane]} + 3]; };
-  fourth = Doubles{last(0), last(1), last(2), last(3)};
-  return gather(points, index);
+  const auto halves = [&](int lane, int first) __attribute__((always_inline)) {
+    const double* const low = points + 4 * std::ptrdiff_t{index[lane]} + first;
+    const double* const high = points + 4 * std::ptrdiff_t{index[lane + 2]} + first;
+    return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(low)), _mm_loadu_pd(high), 1);
+  };
+  const __m256d xy02 = halves(0, 0), xy13 = halves(1, 0), z02 = halves(0, 2), z13 = halves(1, 2);
+  fourth = (Doubles)_mm256_unpackhi_pd(z02, z13);
+  return {(Doubles)_mm256_unpacklo_pd(xy02, xy13), (Doubles)_mm256_unpackhi_pd(xy02, xy13),
+          (Doubles)_mm256_unpacklo_pd(z02, z13)};
+}
+SIM_INLINE V3<double> gather(const double* points, const std::int32_t* index) {
+  Doubles fourth;
+  return gather(points, index, fourth);
+}
+
+// For four bits the bytes of the lanes that are set, packed.
+struct PackedLanes {
+  std::int8_t bytes[16][4];
+};
+inline constexpr PackedLanes kPackedLanes = [] {
+  PackedLanes packed{};
+  for (int bits = 0; bits < 16; ++bits)
+    for (int lane = 0, count = 0; lane < 4; ++lane)
+      if (bits >> lane & 1) packed.bytes[bits][count++] = static_cast<std::int8_t>(lane);
+  return packed;
+}();
+
+SIM_INLINE int append_within(Doubles v, double limit, unsigned bits, int first, std::int32_t* out) {
+  bits &= bits_of(v <= splat<double>(limit));
+  const __m128i lanes = _mm_cvtepi8_epi32(_mm_loadu_si32(kPackedLanes.bytes[bits]));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(out), _mm_add_epi32(_mm_set1_epi32(first), lanes));
+  return __builtin_popcount(bits);
 }
 
 SIM_INLINE Floats greater(Floats a, Floats b) {

@@ -9,14 +9,16 @@ namespace sim::SIM_TARGET {
 namespace {
 
 int near(const double* const q[3], int begin, int end, int own, double limit, std::int32_t* found) {
-  const V3<double> here = {splat<double>(q[0][own]), splat<double>(q[1][own]),
-                           splat<double>(q[2][own])};
-  int count = 0;
-  for (int p = begin; p < end; p += kDoubles) {
-    const V3<double> d = load(q, p) - here;
-    const unsigned bits = end - p < kDoubles ? (1u << (end - p)) - 1 : (1u << kDoubles) - 1;
-    count += append_within(squared(d), limit, bits, p, found + count);
-  }
+  const double* const axes[3] = {q[0], q[1], q[2]};
+  const V3<double> here = {splat<double>(axes[0][own]), splat<double>(axes[1][own]),
+                           splat<double>(axes[2][own])};
+  constexpr unsigned kAll = (1u << kDoubles) - 1;
+  int count = 0, p = begin;
+  const auto add = [&](unsigned bits) __attribute__((always_inline)) {
+    count += append_within(squared(load(axes, p) - here), limit, bits, p, found + count);
+  };
+  for (; p + kDoubles <= end; p += kDoubles) add(kAll);
+  if (p < end) add(kAll >> (kDoubles - (end - p)));
   return count;
 }
 

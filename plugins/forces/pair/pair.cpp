@@ -70,8 +70,8 @@ class Pair final : public sim::Force {
   }
   bool depends_on_velocity() const override { return false; }
   bool conservative() const override { return true; }
-  double potential(const sim::ParticleView& view, sim::Tile tile) const override {
-    return forces_.potential(view, tile);
+  double potential(const sim::ParticleView&, sim::Tile tile) const override {
+    return forces_.potential(tile);
   }
   bool has_jacobian() const override { return true; }
   void jacobian(const sim::ParticleView& view, sim::JacobianSink& sink) const override {

@@ -22,11 +22,13 @@ PairForces::PairForces(const PairLaw& law, double skin)
 
 void PairForces::prepare(const ParticleView& view, ThreadPool& pool) {
   if (!neighbours_.update(view, pool) && forces_.size() > 0) return;
-  const int blocks = static_cast<int>(neighbours_.blocks().size());
-  if (forces_.size() == 0) forces_ = Array(32 * static_cast<std::size_t>(blocks));
-  pool.run_parts(8 * blocks, 8, [&](int begin, int end) {
-    kernels_.forces(law_, neighbours_.blocks().data(), neighbours_.points(), begin / 8, end / 8,
-                    forces_.data());
+  energies_known_ = energies_asked_;
+  energies_asked_ = false;
+  const auto blocks = neighbours_.blocks();
+  if (forces_.size() == 0) forces_ = Array(32 * blocks.size());
+  pool.run_parts(static_cast<int>(8 * blocks.size()), 8, [&](int begin, int end) {
+    kernels_.forces(law_, blocks.data(), neighbours_.points(), begin / 8, end / 8, forces_.data(),
+                    energies_known_ ? energies_.data() : nullptr);
   });
 }
 
@@ -40,9 +42,23 @@ void PairForces::add(Tile tile, ForceSink sink) const {
   }
 }
 
-// Calls f(ids, count, d, terms) for up to eight neighbours of i with ids above `above` at a time.
+double PairForces::potential(Tile tile) const {
+  energies_asked_ = true;
+  if (!energies_known_) {
+    const auto blocks = neighbours_.blocks();
+    if (energies_.size() == 0) energies_ = Array(8 * blocks.size());
+    kernels_.forces(law_, blocks.data(), neighbours_.points(), 0, static_cast<int>(blocks.size()),
+                    nullptr, energies_.data());
+    energies_known_ = true;
+  }
+  double sum = 0;
+  for (int i = tile.begin; i < tile.end; ++i) sum += energies_.data()[neighbours_.place(i)];
+  return sum;
+}
+
+// Calls f(ids, count, d, terms) for up to eight neighbours of i at a time.
 template <class F>
-void PairForces::for_each_eight(const ParticleView& view, int i, int above, const F& f) const {
+void PairForces::for_each_eight(const ParticleView& view, int i, const F& f) const {
   int ids[8], count = 0;
   Vec3 d[8];
   double squares[8] = {};
@@ -53,22 +69,12 @@ void PairForces::for_each_eight(const ParticleView& view, int i, int above, cons
     count = 0;
   };
   neighbours_.for_each(i, [&](int j) {
-    if (j <= above) return;
     d[count] = view.position(i) - view.position(j);
     squares[count] = square_of(d[count].x(), d[count].y(), d[count].z());
     ids[count] = j;
     if (++count == 8) flush();
   });
   if (count > 0) flush();
-}
-
-double PairForces::potential(const ParticleView& view, Tile tile) const {
-  double sum = 0;
-  for (int i = tile.begin; i < tile.end; ++i)
-    for_each_eight(view, i, i, [&](const int*, int count, const Vec3*, const PairTerms& terms) {
-      for (int k = 0; k < count; ++k) sum += terms.u[k];
-    });
-  return sum;
 }
 
 // f_i = g d: df_i/dx_i = -df_i/dx_j = g I + 2 dg/d(r^2) d d^T.
@@ -83,7 +89,7 @@ void PairForces::jacobian(const ParticleView& view, JacobianSink& sink) const {
         own += block;
       }
     };
-    for_each_eight(view, i, -1, add);
+    for_each_eight(view, i, add);
     sink.position(i, i, own);
   }
 }

@@ -8,9 +8,10 @@
 namespace sim {
 
 struct PairKernels {
-  // forces := those on the particles of blocks [begin, end), four doubles a place.
+  // forces := those on the particles of blocks [begin, end), four doubles a place; energies := half
+  // those of their pairs, in J. Either may be null.
   void (*forces)(const PairLaw& law, const NeighbourBlock* blocks, const double* points, int begin,
-                 int end, double* forces);
+                 int end, double* forces, double* energies);
   void (*terms)(const PairLaw& law, const double* squares, PairTerms& terms);
 };
 PairKernels pair_kernels(const PairLaw& law);  // for this machine
@@ -30,19 +31,22 @@ class PairForces {
   void prepare(const ParticleView& view, ThreadPool& pool);
 
   void add(Tile tile, ForceSink sink) const;
-  double potential(const ParticleView& view, Tile tile) const;  // pairs by their lower id, J
+  double potential(Tile tile) const;  // half of the energy of each pair at each of its ends, J
   void jacobian(const ParticleView& view, JacobianSink& sink) const;
 
   const Neighbours& neighbours() const { return neighbours_; }
 
  private:
   template <class F>
-  void for_each_eight(const ParticleView& view, int i, int above, const F& f) const;
+  void for_each_eight(const ParticleView& view, int i, const F& f) const;
 
   PairLaw law_;
   PairKernels kernels_;
   Neighbours neighbours_;
-  Array forces_;  // of each place
+  Array forces_;            // of each place
+  mutable Array energies_;  // of each place, once asked for
+  // They are those of these positions; somebody asked for them there, and may do so again.
+  mutable bool energies_known_ = false, energies_asked_ = false;
 };
 
 }  // namespace sim

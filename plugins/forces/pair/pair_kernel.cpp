@@ -20,25 +20,26 @@ struct Terms {
 template <bool kSlope>
 struct LennardJones {
   static constexpr bool kSingular = true;
-  Doubles square, four, shift, slope, cutoff;
+  Doubles square, energy, first, second, shift, slope, cutoff;
   SIM_INLINE explicit LennardJones(const PairLaw& law)
       : square(splat<double>(law.length * law.length)),
-        four(splat<double>(4 * law.strength)),
+        energy(splat<double>(4 * law.strength)),
+        first(splat<double>(24 * law.strength / (law.length * law.length))),
+        second(first / square),
         shift(splat<double>(law.energy_shift)),
         slope(splat<double>(law.slope_shift)),
         cutoff(splat<double>(law.cutoff)) {}
 
-  // With s = (sigma / r)^6: U = 4 eps (s^2 - s), g = 24 eps (2 s^2 - s) / r^2,
-  // dg/d(r^2) = -24 eps (14 s^2 - 4 s) / r^4.
+  // With p = (sigma / r)^2 and s = p^3: U = 4 eps (s^2 - s), g = 24 eps / sigma^2 p s (2 s - 1),
+  // dg/d(r^2) = -24 eps / sigma^4 p^2 s (14 s - 4).
   SIM_INLINE Terms at(Doubles rr) const {
-    const Doubles inverse = splat<double>(1) / rr, ratio = square * inverse;
-    const Doubles s = ratio * ratio * ratio, strength = four * s;
+    const Doubles p = square / rr, s = p * p * p, ps = p * s;
     Terms t;
-    t.u = fma(strength, s - splat<double>(1), -shift);
-    t.g = strength * fma(splat<double>(12), s, splat<double>(-6)) * inverse;
-    t.dg = strength * fma(splat<double>(-84), s, splat<double>(24)) * inverse * inverse;
+    t.u = fma(energy * s, s - splat<double>(1), -shift);
+    t.g = ps * fma(splat<double>(2) * first, s, -first);
+    t.dg = p * ps * (second * fma(splat<double>(-14), s, splat<double>(4)));
     if constexpr (kSlope) {
-      const Doubles one = square_root(inverse);  // 1 / r
+      const Doubles inverse = splat<double>(1) / rr, one = square_root(inverse);  // 1 / r
       t.u = fma(-slope, rr * one - cutoff, t.u);
       t.g = fma(slope, one, t.g);
       t.dg = fma(splat<double>(-0.5) * slope, one * inverse, t.dg);
@@ -88,38 +89,62 @@ struct Morse {
 // v if the condition holds, otherwise exactly 0, whatever v is there.
 SIM_INLINE Doubles where(Mask condition, Doubles v) { return condition ? v : Doubles{}; }
 
-// The forces on the particles of blocks [begin, end), four doubles a place. Each particle has a
-// lane of its own, and entries of its list beyond the cutoff add exact zeros: the sums do not
-// depend on the other lanes, nor on when the lists were made.
-template <class Law>
-void pair_forces(const PairLaw& parameters, const NeighbourBlock* blocks, const double* points,
-                 int begin, int end, double* forces) {
+// The forces on the particles of blocks [begin, end), four doubles a place, and half the energies
+// of their pairs. Each particle has a lane of its own, and entries of its list beyond the cutoff
+// add exact zeros: the sums depend neither on the other lanes nor on when the lists were made. Two
+// particles at one place have an energy, unlike the entries that fill up a list.
+template <class Law, bool kEnergies>
+void add_pairs(const PairLaw& parameters, const NeighbourBlock* blocks, const double* points,
+               int begin, int end, double* forces, double* energies) {
   const Law law(parameters);
   const Doubles limit = splat<double>(parameters.cutoff * parameters.cutoff);
   for (int b = begin; b < end; ++b) {
     const NeighbourBlock& block = blocks[b];
     double sums[3][8];
     for (int half = 0; half < 8; half += kDoubles) {
-      std::int32_t own[kDoubles];
-      for (int lane = 0; lane < kDoubles; ++lane) own[lane] = 8 * b + half + lane;
+      std::int32_t own[kDoubles], length = 0;
+      Doubles counts{};
+      for (int lane = 0; lane < kDoubles; ++lane) {
+        const std::int32_t count = block.count[half + lane];
+        own[lane] = 8 * b + half + lane;
+        counts[lane] = count;
+        length = length < count ? count : length;
+      }
       const V3<double> here = gather(points, own);
       V3<double> sum{};
+      Doubles energy{};
       const std::int32_t* slot = block.slots + half;
-      for (std::int32_t k = 0; k < block.length; ++k, slot += 8) {
+      for (std::int32_t k = 0; k < length; ++k, slot += 8) {
         const V3<double> d = here - gather(points, slot);
         const Doubles rr = squared(d);
-        const Doubles g = where((rr < limit) & (rr > Doubles{}), law.at(rr).g);
+        const Terms t = law.at(rr);
+        const Mask within = rr < limit, apart = within & (rr > Doubles{});
+        const Doubles g = where(apart, t.g);
         sum = {fma(g, d.x, sum.x), fma(g, d.y, sum.y), fma(g, d.z, sum.z)};
+        if constexpr (kEnergies)
+          energy += where(Law::kSingular ? apart : within & (splat<double>(k) < counts), t.u);
       }
       // A product that underflows may have left -0, which the next exact zero makes 0.
       store(sums[0] + half, sum.x + Doubles{});
       store(sums[1] + half, sum.y + Doubles{});
       store(sums[2] + half, sum.z + Doubles{});
+      if constexpr (kEnergies)
+        store(energies + 8 * std::ptrdiff_t{b} + half, splat<double>(0.5) * energy);
     }
+    if (!forces) continue;
     double* force = forces + 32 * std::ptrdiff_t{b};
     for (int lane = 0; lane < 8; ++lane, force += 4)
       for (int axis = 0; axis < 3; ++axis) force[axis] = sums[axis][lane];
   }
+}
+
+template <class Law>
+void pair_forces(const PairLaw& law, const NeighbourBlock* blocks, const double* points, int begin,
+                 int end, double* forces, double* energies) {
+  if (energies)
+    add_pairs<Law, true>(law, blocks, points, begin, end, forces, energies);
+  else
+    add_pairs<Law, false>(law, blocks, points, begin, end, forces, nullptr);
 }
 
 // The terms at eight squared distances.

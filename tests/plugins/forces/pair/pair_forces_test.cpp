@@ -49,7 +49,7 @@ double energy_at(PairForces& forces, const Points& points) {
   const State state(points);
   ThreadPool pool(1);
   forces.prepare(state.view, pool);
-  return forces.potential(state.view, {0, state.view.n});
+  return forces.potential({0, state.view.n});
 }
 
 // Numbers in [-1, 1) that look random.

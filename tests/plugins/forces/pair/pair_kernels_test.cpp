@@ -55,20 +55,35 @@ TEST_CASE("forces of pairs are those of a sum over all pairs", "[pair_kernel]") 
         for (int i = 0; i < items; ++i) all.set(i, piled(i));
         if (other != extreme) all.set(extreme, all.at(other) + Vec3(0, r, 0));
         std::vector<Vec3> plain(static_cast<std::size_t>(items), Vec3::Zero());
+        std::vector<double> energy(static_cast<std::size_t>(items), 0);
         for (int i = 0; i < items; ++i)
           for (int j = 0; j < items; ++j) {
             const Vec3 d = all.at(i) - all.at(j);
-            if (i == j || !(d.norm() < law.cutoff) || d.norm() == 0) continue;
+            if (i == j || !(d.norm() < law.cutoff)) continue;
+            if (law.kind != Kind::kLennardJones || d.norm() > 0)
+              energy[static_cast<std::size_t>(i)] += 0.5 * pair_at(law, d.norm()).energy;
+            if (d.norm() == 0) continue;
             plain[static_cast<std::size_t>(i)] += -pair_at(law, d.norm()).slope / d.norm() * d;
           }
-        Column forces(4 * all.places);
-        sim::pair_kernels(law).forces(law, all.blocks.data(), all.points.data(), 0,
-                                      static_cast<int>(all.blocks.size()), forces.data());
+        Column forces(4 * all.places), alone(4 * all.places), energies(all.places);
+        const auto kernel = [&](double* f, double* u) {
+          sim::pair_kernels(law).forces(law, all.blocks.data(), all.points.data(), 0,
+                                        static_cast<int>(all.blocks.size()), f, u);
+        };
+        kernel(forces.data(), nullptr);
+        kernel(nullptr, energies.data());
+        const std::vector<double> without(energies.data(), energies.data() + all.places);
+        kernel(alone.data(), energies.data());
         CAPTURE(static_cast<int>(law.kind), law.slope_shift, r);
         for (int i = 0; i < items; ++i) {
           const Vec3& want = plain[static_cast<std::size_t>(i)];
           if (!near(&forces[4 * i], want, 1e-10 * (want.norm() + 10)))
             FAIL_CHECK("particle " << i << ": " << forces[4 * i + 1] << ", not " << want[1]);
+          const double u = energy[static_cast<std::size_t>(i)];
+          if (!agree(energies[i], u, 1e-11 * (std::fabs(u) + 10)) ||
+              energies[i] != without[static_cast<std::size_t>(i)] ||
+              !near(&alone[4 * i], {forces[4 * i], forces[4 * i + 1], forces[4 * i + 2]}, 0))
+            FAIL_CHECK("energy of " << i << ": " << energies[i] << ", not " << u);
         }
         for (int i = items; i < all.places; ++i)
           if (!near(&forces[4 * i], Vec3::Zero(), 0)) FAIL_CHECK("no particle " << i);
