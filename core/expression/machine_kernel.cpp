@@ -26,19 +26,11 @@ SIM_INLINE Doubles select_of(Doubles a, Doubles b, Doubles c) {
   return a == a ? chosen : a;
 }
 
-template <class F>
-SIM_INLINE void each(double* to, int count, const double* a, F f) {
-  for (int i = 0; i < count; i += kDoubles) store(to + i, f(load(a + i)));
-}
-template <class F>
-SIM_INLINE void each(double* to, int count, const double* a, const double* b, F f) {
-  for (int i = 0; i < count; i += kDoubles) store(to + i, f(load(a + i), load(b + i)));
-}
-
-template <class F>
-SIM_INLINE void each(double* to, int count, const double* a, const double* b, const double* c,
-                     F f) {
-  for (int i = 0; i < count; i += kDoubles) store(to + i, f(load(a + i), load(b + i), load(c + i)));
+// to[i] := f(a[i], ...), eight at a time: the steps from one vector to the next are known then.
+template <class F, class... Operands>
+SIM_INLINE void each(double* to, int count, F f, const Operands*... from) {
+  for (int i = 0; i < count; i += 8)
+    for (int half = i; half < i + 8; half += kDoubles) store(to + half, f(load(from + half)...));
 }
 
 // The operations, each with its number of operands x, y, z: PLAIN are those of the language, which
@@ -90,11 +82,11 @@ void run_code(std::span<const Instruction> code, double* const* slots, int count
 #define SIM_PARAMETERS_2 Doubles x, Doubles y
 #define SIM_OPERANDS_3 a, b, c
 #define SIM_PARAMETERS_3 Doubles x, Doubles y, Doubles z
-#define SIM_ALL(n, op, f)                                                     \
-  case Op::op:                                                                \
-    each(                                                                     \
-        to, count, SIM_OPERANDS_##n,                                          \
-        [](SIM_PARAMETERS_##n) __attribute__((always_inline)) { return f; }); \
+#define SIM_ALL(n, op, f)                                                               \
+  case Op::op:                                                                          \
+    each(                                                                               \
+        to, count, [](SIM_PARAMETERS_##n) __attribute__((always_inline)) { return f; }, \
+        SIM_OPERANDS_##n);                                                              \
     break;
     switch (now.op) {
       SIM_OPERATIONS(SIM_ALL, SIM_ALL)

@@ -170,6 +170,8 @@ Program::Program(const Graph& graph, std::span<const int> outputs, int inputs)
       kScratch / static_cast<std::size_t>(std::max(code_.registers, 1)) / 8 * 8;
   if (each < 8 || static_cast<std::size_t>(code_.slots()) > kMostSlots) too_large();
   block_ = static_cast<int>(std::min(each, static_cast<std::size_t>(kBlock)));
+  // Registers a multiple of 4 KiB apart would wait for each other.
+  stride_ = each > static_cast<std::size_t>(block_) ? block_ + 8 : block_;
 }
 
 void Program::run(const double* const* inputs, double* const* outputs, int count) const {
@@ -181,20 +183,20 @@ void Program::run(const double* const* inputs, double* const* outputs, int count
   for (int i = 0; i < code_.outputs; ++i) *slot++ = outputs[i];
   for (std::size_t at = 0; at < constants_.size(); at += kBlock)
     *slot++ = const_cast<double*>(constants_.data() + at);
-  for (int i = 0; i < code_.registers; ++i) *slot++ = scratch + i * block_;
+  for (int i = 0; i < code_.registers; ++i) *slot++ = scratch + i * stride_;
   run_(code_.instructions, slots, (count + 7) / 8 * 8);
 }
 
 ProgramRun::ProgramRun(Program program) : program_(std::move(program)) {
   const Code& code = program_.code_;
-  const auto block = static_cast<std::size_t>(program_.block());
-  registers_ = Array(static_cast<std::size_t>(code.registers) * block);
+  const auto stride = static_cast<std::size_t>(program_.stride_);
+  registers_ = Array(static_cast<std::size_t>(code.registers) * stride);
   slots_.resize(static_cast<std::size_t>(code.slots()), nullptr);
   auto slot = slots_.begin() + code.first_constant();
   for (std::size_t at = 0; at < program_.constants_.size(); at += Program::kBlock)
     *slot++ = program_.constants_.data() + at;
   for (std::size_t i = 0; i < static_cast<std::size_t>(code.registers); ++i)
-    *slot++ = registers_.data() + i * block;
+    *slot++ = registers_.data() + i * stride;
 }
 
 }  // namespace sim

@@ -31,7 +31,7 @@ struct Code {
 // over the whole block, so that it is decoded once for many.
 class Program {
  public:
-  static constexpr int kBlock = 64;
+  static constexpr int kBlock = 128;
 
   Program() = default;
   // Code for the nodes `outputs`; it reads inputs 0 to `inputs` - 1. Throws Error{kScene} when the
@@ -51,8 +51,8 @@ class Program {
   friend class ProgramRun;
 
   Code code_;
-  Array constants_;  // kBlock times each
-  int block_ = 8;
+  Array constants_;             // kBlock times each
+  int block_ = 8, stride_ = 8;  // numbers of a register that are used; from one to the next
   RunInstructions run_ = run_instructions();
 };
 

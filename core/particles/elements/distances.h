@@ -10,7 +10,7 @@ namespace sim {
 
 // The distances of a block of pairs; arrays may be read up to the next multiple of 8.
 struct Distances {
-  static constexpr int kMost = 64;
+  static constexpr int kMost = 128;
 
   alignas(64) double d[3][kMost], r[kMost];
 

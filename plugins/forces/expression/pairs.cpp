@@ -1,11 +1,13 @@
 // Pairs whose energy is a formula of their distance.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "core/base/thread_pool.h"
 #include "core/particles/elements/distances.h"
 #include "core/particles/neighbours/neighbours.h"
+#include "pair_rows.h"
 #include "parts.h"
 
 namespace sim::expression {
@@ -35,12 +37,19 @@ class OfPairs final : public sim::Force {
     sim::ThreadPool alone(1);
     if (neighbours_) neighbours_->update(initial, alone);
     forces_.resize(static_cast<std::size_t>(initial.n));
+    if (neighbours_) energies_.resize(static_cast<std::size_t>(initial.n));
   }
 
   void prepare(const sim::ParticleView& view, sim::ThreadPool& pool) override {
     const bool moved = neighbours_ ? neighbours_->update(view, pool) : has_moved(view);
     if (!moved && known_ && conservative()) return;
     known_ = true;
+    energies_known_ = false;
+    if (neighbours_) {
+      pool.run_parts(8 * static_cast<int>(neighbours_->blocks().size()), 8,
+                     [&](int begin, int end) { evaluate_lists(view.t, begin / 8, end / 8); });
+      return;
+    }
     pool.run_parts(view.n, 8, [&](int begin, int end) {
       std::fill(forces_.begin() + begin, forces_.begin() + end, Vec3(0, 0, 0));
       evaluate(law_->slope, view, {begin, end}, kAll,
@@ -70,6 +79,11 @@ class OfPairs final : public sim::Force {
 
   double potential(const sim::ParticleView& view, sim::Tile tile) const override {
     double sum = 0;
+    if (neighbours_) {
+      if (!energies_known_) list_energies(view.t);
+      for (int i = tile.begin; i < tile.end; ++i) sum += energies_[static_cast<std::size_t>(i)];
+      return sum;
+    }
     evaluate(law_->energy, view, tile, kUpwards,
              [&](int, int, int lane, const Distances&, const Values& u) { sum += u[0][lane]; });
     return sum;
@@ -77,6 +91,7 @@ class OfPairs final : public sim::Force {
 
  private:
   using Values = double[2][kBlock];
+  using Ends = std::array<int, 2>;
   enum Which { kAll, kUpwards };  // neighbours of a particle: those with a higher id
 
   // Without neighbour lists: true if a particle has moved since the last call.
@@ -91,6 +106,73 @@ class OfPairs final : public sim::Force {
       std::copy_n(now[axis], n, last);
     }
     return moved;
+  }
+
+  // Calls add(rows, values, count) for rows of entries of the lists of a block, by ascending id.
+  template <class Add>
+  void for_each_rows(const Program& program, double t, int b, const Add& add) const {
+    PairRows rows;
+    alignas(64) double values[kBlock], times[kBlock], own[OfBoth::kMost][kBlock];
+    if (program.reads(1)) std::fill(times, times + kBlock, t);
+    const double* inputs[2 + OfBoth::kMost] = {rows.r, times};
+    for (std::size_t column = 0; column < both_.size(); ++column) inputs[column + 2] = own[column];
+    double* const outputs[] = {values};
+    const sim::NeighbourBlock& block = neighbours_->blocks()[static_cast<std::size_t>(b)];
+    const int most = program.block() / 8;
+    for (int first = 0; first < block.length; first += most) {
+      const int count = std::min(most, block.length - first);
+      kernels_.measure(block, b, neighbours_->points(), first, count, cutoff_, rows);
+      for (std::size_t column = 0; column < both_.size(); ++column) {
+        if (!program.reads(static_cast<int>(column) + 2)) continue;
+        for (int at = 0; at < 8 * count; ++at)
+          own[column][at] = both_.of(column, ends_of(block, 8 * b, 8 * first + at));
+      }
+      program.run(inputs, outputs, 8 * count);
+      add(rows, values, count);
+    }
+  }
+
+  // The two ids of an entry of the lists of a block, the lower one first; 0 and 0 of one that only
+  // fills up a list.
+  Ends ends_of(const sim::NeighbourBlock& block, int place, int entry) const {
+    const int lane = entry % 8;
+    if (entry / 8 >= block.count[lane]) return {};
+    const auto [low, high] =
+        std::minmax({neighbours_->id(place + lane), neighbours_->id(block.slots[entry])});
+    return {{low, high}};
+  }
+
+  // The forces on the particles of blocks [begin, end).
+  void evaluate_lists(double t, int begin, int end) {
+    for (int b = begin; b < end; ++b) {
+      double sums[3][8] = {};
+      for_each_rows(law_->slope, t, b, [&](const PairRows& rows, const double* slopes, int count) {
+        kernels_.add(rows, slopes, count, cutoff_, sums);
+      });
+      for_each_particle(b, [&](std::size_t i, int lane) {
+        forces_[i] = {sums[0][lane], sums[1][lane], sums[2][lane]};
+      });
+    }
+  }
+
+  // Each particle has half the energy of its pairs.
+  void list_energies(double t) const {
+    energies_known_ = true;
+    for (int b = 0; b < std::ssize(neighbours_->blocks()); ++b) {
+      double sums[8] = {};
+      for_each_rows(law_->energy, t, b, [&](const PairRows& rows, const double* u, int count) {
+        for (int at = 0; at < 8 * count; ++at)
+          if (rows.r[at] < cutoff_) sums[at % 8] += 0.5 * u[at];
+      });
+      for_each_particle(b, [&](std::size_t i, int lane) { energies_[i] = sums[lane]; });
+    }
+  }
+
+  // Calls f(id, lane) for the particles of a block.
+  template <class F>
+  void for_each_particle(int b, const F& f) const {
+    for (int lane = 0; lane < 8 && 8 * b + lane < std::ssize(forces_); ++lane)
+      f(static_cast<std::size_t>(neighbours_->id(8 * b + lane)), lane);
   }
 
   // Calls visit(i, j, lane, distances, values) for the neighbours j of each particle i of a tile,
@@ -108,12 +190,13 @@ class OfPairs final : public sim::Force {
       if (program.reads(static_cast<int>(column) + 2)) read[reads++] = column;
     }
     double* const outputs[] = {values[0], values[1]};
-    int ends[kBlock][2], many = 0;
+    Ends ends[kBlock];
+    int many = 0;
     const auto flush = [&] {
       at.measure(many);
       for (std::size_t k = 0; k < reads; ++k)
         for (int lane = 0; lane < kBlock; ++lane) {
-          const int(&pair)[2] = ends[std::min(lane, many - 1)];
+          const Ends& pair = ends[std::min(lane, many - 1)];
           own[read[k]][lane] =
               both_.of(read[k], {std::min(pair[0], pair[1]), std::max(pair[0], pair[1])});
         }
@@ -124,8 +207,7 @@ class OfPairs final : public sim::Force {
     };
     const auto add = [&](int i, int j) {
       if (which == kUpwards && j < i) return;
-      ends[many][0] = i;
-      ends[many][1] = j;
+      ends[many] = {i, j};
       at.take(many++, view.position(i) - view.position(j));
       if (many == program.block()) flush();
     };
@@ -144,9 +226,12 @@ class OfPairs final : public sim::Force {
   double cutoff_ = HUGE_VAL;
   std::optional<sim::Neighbours> neighbours_;  // with a cutoff
   std::vector<double> last_;                   // without: where all were
+  PairRowKernels kernels_ = pair_row_kernels();
   std::optional<sim::RadialEnergy> law_;
   std::vector<Vec3> forces_;
-  bool known_ = false;  // the forces, at the positions of the lists
+  bool known_ = false;                    // the forces, at the positions of the lists
+  mutable std::vector<double> energies_;  // with a cutoff, once asked for
+  mutable bool energies_known_ = false;   // at these positions
 };
 
 }  // namespace

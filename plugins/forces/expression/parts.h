@@ -1,6 +1,7 @@
 // Shared by the forces of formulas: on each particle, on ties and on pairs.
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <string>
@@ -45,7 +46,7 @@ class OfBoth {
 
   const std::vector<std::string>& names() const { return names_; }
   std::size_t size() const { return columns_.size(); }
-  double of(std::size_t column, const int (&ends)[2]) const {
+  double of(std::size_t column, const std::array<int, 2>& ends) const {
     const auto& [end, values] = columns_[column];
     return values[static_cast<std::size_t>(ends[end])];
   }

@@ -1,0 +1,28 @@
+// Pairs of eight particles side by side, each with its next neighbours.
+#pragma once
+
+#include "core/expression/program.h"
+#include "core/particles/neighbours/neighbours.h"
+
+namespace sim {
+
+// Entry k of the particle in lane l is number 8 k + l.
+struct PairRows {
+  static constexpr int kMost = Program::kBlock;
+
+  alignas(64) double d[3][kMost], r[kMost];  // m
+};
+
+struct PairRowKernels {
+  // Measures entries [first, first + count) of the lists of block b: d = x_i - x_j, r = |d|. An
+  // entry that only fills up a list is as far away as the cutoff.
+  void (*measure)(const NeighbourBlock& block, int b, const double* points, int first, int count,
+                  double cutoff, PairRows& rows);
+  // Adds the forces -U'(r) d/r of the pairs with r < cutoff, by the U' of `count` rows. Where r = 0
+  // there is no direction, and no force if U' is finite.
+  void (*add)(const PairRows& rows, const double* slopes, int count, double cutoff,
+              double (&sums)[3][8]);
+};
+PairRowKernels pair_row_kernels();  // for this machine
+
+}  // namespace sim
