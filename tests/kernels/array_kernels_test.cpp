@@ -141,6 +141,49 @@ TEST_CASE("stages are combined as by a plain loop", "[combine_kernel]") {
   });
 }
 
+TEST_CASE("particles of some cells come by ascending id", "[neighbours_kernel]") {
+  for_each_lane([](int items, int extreme) {
+    // Ids near each other and far apart; places between two rows are left out.
+    const int most = 20000, gap = 3;
+    std::vector<std::int32_t> order(static_cast<std::size_t>(items + gap), most - 2);
+    Axes q(items + gap);
+    scatter(q, 0);
+    Column points(4 * (items + gap));
+    const auto split = extreme;
+    std::vector<std::pair<int, int>> plain;
+    for (int i = 0; i < items; ++i) {
+      const int p = i < split ? i : i + gap, step = items % 2 ? 7 : 499;
+      order[static_cast<std::size_t>(p)] = i == extreme ? most - 1 : (i + 5) * 41 % items * step;
+      plain.emplace_back(order[static_cast<std::size_t>(p)], p);
+    }
+    for (int p = 0; p < items + gap; ++p)
+      for (int axis = 0; axis < 3; ++axis) points[4 * p + axis] = q[axis][p];
+    std::ranges::sort(plain);
+    std::vector<sim::FoundParticles::Word> ids(most / 64 + 1);
+    std::vector<std::uint64_t> filled(most / 4096 + 1);
+    std::vector<std::int32_t> places(static_cast<std::size_t>(items));
+    Axes found(items);
+    const sim::CellGrid::Rows rows{{{0, split}, {split + gap, items + gap}}, 2};
+    for (int again = 0; again < 2; ++again) {
+      const int count =
+          sim::neighbour_kernels().sort(rows, order.data(), points.data(),
+                                        {ids.data(),
+                                         filled.data(),
+                                         static_cast<int>(ids.size()),
+                                         places.data(),
+                                         {found[0].data(), found[1].data(), found[2].data()}});
+      REQUIRE(count == items);
+      for (int k = 0; k < items; ++k) {
+        const int p = plain[static_cast<std::size_t>(k)].second;
+        if (places[static_cast<std::size_t>(k)] != p)
+          FAIL_CHECK(k << ": " << places[static_cast<std::size_t>(k)] << ", not " << p);
+        for (int axis = 0; axis < 3; ++axis)
+          if (found[axis][k] != q[axis][p]) FAIL_CHECK("coordinate of " << k);
+      }
+    }
+  });
+}
+
 TEST_CASE("points within a distance are those of a plain loop", "[neighbours_kernel]") {
   for_each_lane([](int items, int extreme) {
     for (const int begin : {0, kBefore})
@@ -161,7 +204,8 @@ TEST_CASE("points within a distance are those of a plain loop", "[neighbours_ker
         for (int i = begin; i < end; ++i)
           if (square(q[0][i] - q[0][own], q[1][i] - q[1][own], q[2][i] - q[2][own]) <= limit)
             plain.push_back(i);
-        const int count = sim::near_points()(inputs(q), begin, end, own, limit, found.data());
+        const int count =
+            sim::neighbour_kernels().near(inputs(q), begin, end, own, limit, found.data());
         found.resize(static_cast<std::size_t>(std::max(count, 0)));
         CAPTURE(begin, value);
         CHECK(found == plain);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 
 #include "core/base/assert.h"
 #include "core/base/error.h"
@@ -33,13 +32,12 @@ bool Neighbours::update(const ParticleView& view, ThreadPool& pool) {
   std::atomic<bool> far{false}, changed{false};
   pool.run_parts(view.n, 8, [&](int begin, int end) {
     bool part_far = false, part_changed = false;
-    for (int p = begin; p < end; ++p) {
-      const int i = id(p);
-      double* const point = &points_[4 * static_cast<std::size_t>(p)];
+    for (int i = begin; i < end; ++i) {
+      double* const point = points_.data() + 4 * std::ptrdiff_t{place(i)};
       const double now[3] = {view.x[i], view.y[i], view.z[i]};
       double moved = 0;
       for (int axis = 0; axis < 3; ++axis) {
-        const double d = now[axis] - built_[axis][static_cast<std::size_t>(p)];
+        const double d = now[axis] - built_[axis].data()[i];
         moved += d * d;
         part_changed |= now[axis] != point[axis];
         point[axis] = now[axis];
@@ -68,18 +66,18 @@ void Neighbours::build(const ParticleView& view, ThreadPool& pool) {
     Share& share = shares_.emplace_back();
     share.slots = ArrayOf<std::int32_t>(8);
     share.ids.resize(n / 64 + 1);
-    share.words.resize(n / 4096 + 1);
+    share.filled.resize(n / 4096 + 1);
     share.places.resize(n);
-    share.found.resize(n + 8);
+    share.near.resize(n + 8);
     for (Array& axis : share.q) axis = Array(n + 8);
   }
   const double* const q[3] = {view.x, view.y, view.z};
   for (std::size_t p = 0; p < n; ++p) {
     const std::int32_t i = order_[p];
     place_[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(p);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      built_[axis][p] = points_[4 * p + axis] = q[axis][i];
+    for (std::size_t axis = 0; axis < 3; ++axis) points_[4 * p + axis] = q[axis][i];
   }
+  for (int axis = 0; axis < 3; ++axis) std::copy_n(q[axis], n, built_[axis].data());
 
   // Lists that exceed their memory are only counted, and rebuilt when there is room.
   for (;;) {
@@ -114,29 +112,6 @@ void Neighbours::build(const ParticleView& view, ThreadPool& pool) {
   }
 }
 
-// A bitmap sorts the ids: faster than comparisons, as the particles of a cell share the work.
-void Neighbours::look_around(int place, Share& share) const {
-  const CellGrid::Rows rows = grid_.around(grid_.cell_at(place));
-  for (int row = 0; row < rows.count; ++row)
-    for (int p = rows.at[row].begin; p < rows.at[row].end; ++p) {
-      const auto i = static_cast<std::size_t>(id(p));
-      share.ids[i / 64] |= std::uint64_t{1} << i % 64;
-      share.words[i / 4096] |= std::uint64_t{1} << i / 64 % 64;
-    }
-  share.count = 0;
-  for (std::size_t w = 0; w < share.words.size(); ++w)
-    for (; share.words[w] != 0; share.words[w] &= share.words[w] - 1) {
-      const std::size_t at = 64 * w + static_cast<std::size_t>(std::countr_zero(share.words[w]));
-      for (std::uint64_t& bits = share.ids[at]; bits != 0; bits &= bits - 1) {
-        const int p = this->place(static_cast<int>(64 * at) + std::countr_zero(bits));
-        const auto next = static_cast<std::size_t>(share.count++);
-        share.places[next] = p;
-        for (int axis = 0; axis < 3; ++axis)
-          share.q[axis][next] = built_[axis][static_cast<std::size_t>(p)];
-      }
-    }
-}
-
 // Builds the lists of blocks [first, last).
 void Neighbours::list(int first, int last, Share& share) {
   const int n = static_cast<int>(place_.size());
@@ -151,7 +126,12 @@ void Neighbours::list(int first, int last, Share& share) {
       const int place = 8 * b + lane;
       if (grid_.cell_at(place) != cell) {
         cell = grid_.cell_at(place);
-        look_around(place, share);
+        share.count = kernels_.sort(grid_.around(cell), order_.data(), points_.data(),
+                                    {share.ids.data(),
+                                     share.filled.data(),
+                                     static_cast<int>(share.ids.size()),
+                                     share.places.data(),
+                                     {share.q[0].data(), share.q[1].data(), share.q[2].data()}});
         own = 0;
       }
       // The search continues from the previous one: the ids of a cell ascend.
@@ -159,16 +139,16 @@ void Neighbours::list(int first, int last, Share& share) {
         ++own;
         SIM_ASSERT(own < share.count);
       }
-      std::int32_t* const found = share.found.data();
-      int count = near_(q, 0, own, own, limit, found);
-      count += near_(q, own + 1, share.count, own, limit, found + count);
+      std::int32_t* const near = share.near.data();
+      int count = kernels_.near(q, 0, own, own, limit, near);
+      count += kernels_.near(q, own + 1, share.count, own, limit, near + count);
       SIM_ASSERT(count < share.count);  // it is no neighbour of its own
       block.count[lane] = count;
       block.length = std::max(block.length, count);
       if (share.needed + 8 * static_cast<std::size_t>(block.length) > share.slots.size()) continue;
       std::int32_t* const slots = share.slots.data() + share.needed + lane;
       for (int k = 0; k < count; ++k)
-        slots[8 * k] = share.places[static_cast<std::size_t>(found[k])];
+        slots[8 * k] = share.places[static_cast<std::size_t>(near[k])];
     }
     const std::size_t begin = share.needed;
     share.needed += 8 * static_cast<std::size_t>(block.length);

@@ -20,11 +20,32 @@ struct NeighbourBlock {
   std::int32_t count[8];
 };
 
-// Writes the indices in [begin, end) of points at most sqrt(limit) from point `own` and returns
-// their number. Reads and writes up to 7 entries past the end.
-using NearPoints = int (*)(const double* const q[3], int begin, int end, int own, double limit,
-                           std::int32_t* found);
-NearPoints near_points();  // for this machine
+// Particles found around one, by ascending id: their places and coordinates. Memory of `words`
+// words of 64 bits of ids, 0 between two calls, tells the order: bit i of all is set for a particle
+// found, `before` counts those of the words before.
+struct FoundParticles {
+  struct Word {
+    std::uint64_t bits;
+    std::int64_t before;
+  };
+  Word* ids;
+  std::uint64_t* filled;  // a bit for each word that has one
+  int words;
+  std::int32_t* places;
+  double* q[3];
+};
+
+struct NeighbourKernels {
+  // Finds the particles of some rows of places, of which `order` has the ids, and returns their
+  // number.
+  int (*sort)(const CellGrid::Rows& rows, const std::int32_t* order, const double* points,
+              const FoundParticles& to);
+  // Writes the indices in [begin, end) of points at most sqrt(limit) from point `own` and returns
+  // their number. Reads and writes up to 7 entries past the end.
+  int (*near)(const double* const q[3], int begin, int end, int own, double limit,
+              std::int32_t* found);
+};
+NeighbourKernels neighbour_kernels();  // for this machine
 
 // Verlet lists (Verlet (1967), Phys. Rev. 159, 98-103) of all neighbours of each particle. The
 // entries beyond the cutoff depend on the past; a sum that takes the entries in order and those
@@ -61,24 +82,24 @@ class Neighbours {
   struct Share {
     ArrayOf<std::int32_t> slots;
     std::size_t needed = 0;
-    // Scratch: the particles in the cells around one by ascending id, and which of them are near.
-    std::vector<std::uint64_t> ids, words;  // a bit for each id, and for each word of them
-    std::vector<std::int32_t> places, found;
+    // Scratch: the particles in the cells around one, and which of them are near.
+    std::vector<FoundParticles::Word> ids;
+    std::vector<std::uint64_t> filled;
+    std::vector<std::int32_t> places, near;
     Array q[3];
     int count = 0;
   };
   void build(const ParticleView& view, ThreadPool& pool);
-  void look_around(int place, Share& share) const;
   void list(int first, int last, Share& share);
 
   double range_ = 0, half_skin_ = 0;
-  NearPoints near_ = near_points();
+  NeighbourKernels kernels_ = neighbour_kernels();
   CellGrid grid_;
   std::span<const std::int32_t> order_;
   std::vector<std::int32_t> place_;
   std::vector<NeighbourBlock> blocks_;
   std::vector<Share> shares_;
-  Array points_, built_[3];  // now; when the lists were built
+  Array points_, built_[3];  // now, of each place; when the lists were built, of each id
   long builds_ = 0;
 };
 
