@@ -13,6 +13,7 @@ constexpr double kShare = 1e-2;  // of that: the accuracy of the moves that sepa
 constexpr double kNear = 0.02;   // of a radius: the gap within which these moves may cause contact
 constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
+constexpr double kLoose = 1e-3;  // the tolerance with which closing contacts are found
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
 Vec3 turned_over(const Vec3& r, const Vec3& w) {
@@ -26,6 +27,22 @@ Mat3 turned_over(const Mat3& axes, const Vec3& w) {
 }
 
 }  // namespace
+
+// Activates the contacts that impulses close before the end of the step. True if there are any.
+bool RigidContact::activate(double h, double& scale) {
+  bool any = false;
+  for (ContactPoint& m : contacts_) {
+    if (m.active) continue;
+    const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
+    if (gap >= -gap_tolerance_ * reach_[static_cast<std::size_t>(m.first)].scale) continue;
+    const double rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
+    if (!(rate < 0)) continue;
+    m.active = any = true;
+    m.duration = std::clamp(gap / rate, 0.0, h);
+    scale = std::max(scale, -rate);
+  }
+  return any;
+}
 
 // Solves impacts, and resting contacts, also those that impulses bring about.
 double RigidContact::solve(double h) {
@@ -49,24 +66,15 @@ double RigidContact::solve(double h) {
         m.active = false;
   }
   contact_solver_.start(solver_bodies_, contacts_);
+  // Contacts that close during the step are found with a loose tolerance first, which takes fewer
+  // sweeps for each of them.
   double change = 0;
-  for (int round = 0; round < kMostPasses; ++round) {
-    change =
-        resting_solver_.solve(solver_bodies_, contacts_, tolerance_ * scale, particles_->pool());
-    if (particles_->pool().gives_up(0)) break;
-    bool all = true;
-    for (ContactPoint& m : contacts_) {
-      if (m.active) continue;
-      const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
-      if (gap >= -gap_tolerance_ * reach_[static_cast<std::size_t>(m.first)].scale) continue;
-      const double rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
-      if (!(rate < 0)) continue;
-      m.active = true, all = false;
-      m.duration = std::clamp(gap / rate, 0.0, h);
-      scale = std::max(scale, -rate);
+  for (const double tolerance : {std::max(kLoose, tolerance_), tolerance_})
+    for (int round = 0; round < kMostPasses; ++round) {
+      change =
+          resting_solver_.solve(solver_bodies_, contacts_, tolerance * scale, particles_->pool());
+      if (particles_->pool().gives_up(0) || !activate(h, scale)) break;
     }
-    if (all) break;
-  }
   counts_.fastest = std::max(counts_.fastest, scale);
   return change > tolerance_ * scale ? change : 0;
 }

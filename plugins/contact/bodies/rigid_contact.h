@@ -90,6 +90,7 @@ class RigidContact {
                    const Step& step, double left);
   void move_arms(std::size_t begin);
   void apply_warm_start(ContactPoint& contact) const;
+  bool activate(double h, double& scale);
   double solve(double h);
   void project_moves();
   void separate(double t);
