@@ -35,7 +35,7 @@ std::string kind_text(const IntegratorInfo& info) {
   if (info.order == 0) return "chooses among these";
   std::string text = info.implicit ? "implicit" : info.symplectic ? "symplectic" : "explicit";
   if (info.implicit && info.symplectic) text += ", symplectic";
-  if (info.adaptive) text = "adaptive";
+  if (info.adaptive) text = info.implicit ? "implicit, adaptive" : "adaptive";
   if (info.needs_second_order) text += ", particles";
   return text;
 }

@@ -26,7 +26,8 @@ void add_facts(JsonObject& object, const IntegratorFacts& facts);
 // "2.828", "any", "none", "?".
 std::string limit_text(double limit);
 
-// "symplectic, particles", "adaptive", "implicit", "explicit", "chooses among these".
+// "symplectic, particles", "adaptive", "implicit, adaptive", "implicit", "explicit", "chooses among
+// these".
 std::string kind_text(const IntegratorInfo& info);
 
 }  // namespace sim::report

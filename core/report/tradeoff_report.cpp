@@ -244,11 +244,11 @@ std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>
 
 std::string tradeoff_text(const WorkPrecision& study, const TradeoffAsked& asked,
                           const Tried& tried) {
-  std::string text = label("system", study.system + " to t = " + brief(study.time) + " s, " +
-                                         (asked.of.empty() ? "size " : "range ") +
-                                         with_unit(study, study.size, 4) + ", fastest " +
-                                         brief(study.fastest.omega) + " rad/s");
-  if (study.reference.points.empty()) return text;
+  const std::string system = study.system + " to t = " + brief(study.time) + " s, " +
+                             (asked.of.empty() ? "size " : "range ") +
+                             with_unit(study, study.size, 4);
+  if (study.reference.points.empty()) return label("system", system);  // cut short
+  std::string text = label("system", system + ", fastest " + brief(study.fastest.omega) + " rad/s");
   text += label(
       "reference",
       wrapped(study.reference.how + ", known to " + with_unit(study, known_to(study), 2), 12, 12));
@@ -301,7 +301,7 @@ std::string tradeoff_json(const WorkPrecision& study, const TradeoffAsked& asked
                              .number("error", known ? known_to(study) : std::nan(""))
                              .str())
       .number("growth", grown ? study.growth.most.back() : std::nan(""))
-      .number("omega_max", study.fastest.omega)
+      .number("omega_max", known ? study.fastest.omega : std::nan(""))
       .flag("complete", study.complete)
       .json("recommended", choice_json(study, study.recommended, asked, tried.recommended))
       .json("cheapest", choice_json(study, study.cheapest, asked, {}))
