@@ -27,22 +27,6 @@ namespace {
   usage_error("bad value", option + " '" + text + "'", why, remedy);
 }
 
-double number(const std::string& option, const std::string& text) {
-  const std::optional<double> value = parse_number(text);
-  if (!value) bad_value(option, text, "it is not a finite number", "write it like 0.005 or 5e-3");
-  return *value;
-}
-
-}  // namespace
-
-double positive_number(const std::string& option, const std::string& text) {
-  const double value = number(option, text);
-  if (!(value > 0)) bad_value(option, text, "it must be above 0", "write it like 0.005 or 5e-3");
-  return value;
-}
-
-namespace {
-
 double time_in(const std::string& option, const std::string& text) {
   const std::optional<double> value = seconds_of(text);
   if (!value) bad_value(option, text, "it is no time", "write it in s, or like 5ms, 200us or 2min");

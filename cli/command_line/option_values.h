@@ -10,6 +10,7 @@
 #include "cli/run/run.h"
 #include "cli/verbs/adjacency.h"
 #include "core/base/thread_count_tuner.h"
+#include "core/base/units.h"
 #include "core/lua/limits.h"
 
 namespace sim::cli {
@@ -18,7 +19,6 @@ namespace sim::cli {
                               const std::string& why, const std::string& remedy);
 
 // Each throws Error{kUsage} naming the option and the expected value.
-double positive_number(const std::string& option, const std::string& text);
 // Simulated time in s: "0.005", "5ms", "2 min".
 double positive_time(const std::string& option, const std::string& text);
 double non_negative_time(const std::string& option, const std::string& text);

@@ -1,9 +1,9 @@
 #include "core/lua/limits.h"
 
 #include <algorithm>
-#include <optional>
 
-#include "core/base/text.h"
+#include "core/base/error.h"
+#include "core/base/units.h"
 
 namespace sim {
 namespace {
@@ -16,12 +16,10 @@ constexpr double kMostOfBudget = 1e15;
 }
 
 double amount_of(const std::string& where, const std::string& text) {
-  const std::optional<double> value = parse_number(text);
-  const std::string whole = where + " '" + text + "'";
-  if (!value) refuse_budget(whole, "it is not a finite number", "write it like 0.005 or 5e-3");
-  if (!(*value > 0)) refuse_budget(whole, "it must be above 0", "write it like 0.005 or 5e-3");
-  if (*value > kMostOfBudget) refuse_budget(whole, "it is out of range", "give at most 1e15");
-  return *value;
+  const double value = positive_number(where, text);
+  if (value > kMostOfBudget)
+    refuse_budget(where + " '" + text + "'", "it is out of range", "give at most 1e15");
+  return value;
 }
 
 }  // namespace
