@@ -53,14 +53,10 @@ class Run {
   int take_steps(const Interrupts& interrupts);
   void take_last();
   bool step(Track& track);
-  bool advance_engine(Track& track);
   engine::MoreMoments recorder_moments(std::size_t system);
   void measure(Track& track, bool last = false);
   std::size_t index_of(const Track& track) const {
     return static_cast<std::size_t>(&track - tracks_.data());
-  }
-  void perform(Track& track) {
-    if (replays_) replays_->perform(index_of(track), track);
   }
   double seconds_so_far() const {
     return std::chrono::duration<double>(Clock::now() - begin_).count();
@@ -78,8 +74,8 @@ class Run {
   Console& console_;
   std::vector<Track> tracks_;
   std::optional<report::Replays> replays_;
-  GoalChoices choices_;                                      // of --error, one a system, or none
-  std::vector<std::unique_ptr<engine::EngineRun>> engines_;  // of each track, or none
+  std::optional<engine::StepSource> source_;
+  GoalChoices choices_;  // of --error, one a system, or none
   Report report_;
   Progress progress_;
   RunOutputs outputs_;
@@ -135,18 +131,13 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
       tracks_.back().doubt_start(accounts[i].doubt);
     }
   }
+  source_.emplace(scene.spec, tracks_, replays_ ? &*replays_ : nullptr);
   if (!request.engine) return;
-  const engine::Launch& launch = request.engine->launch;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    engine::EngineRequest own = *request.engine;
-    if (scene.spec.world && !own.results.empty()) own.results += "/" + scene.systems[i].name();
-    const std::int64_t strides[] = {tables ? frame_stride : Track::kNever, tracks_[i].row_stride()};
-    engines_.push_back(std::make_unique<engine::EngineRun>(
-        own, scene.spec.systems[i], tracks_[i],
-        engine::moments_of(tracks_[i], strides, launch.words.empty() ? launch.ranks : 0,
-                           recorder_moments(i)),
-        registry, SessionSignals::any));
-  }
+  const auto say = [this](const std::string& note) {
+    if (!request_.quiet) console_.err << "sim: note: " << note << '\n' << std::flush;
+  };
+  source_->use(*request.engine, registry, SessionSignals::any, say,
+               [this](std::size_t i) { return recorder_moments(i); });
 }
 
 void Run::measure(Track& track, bool last) {
@@ -164,29 +155,20 @@ void Run::measure(Track& track, bool last) {
 // it was.
 bool Run::step(Track& track) {
   Simulation& system = track.system();
-  perform(track);
-  if (!engines_.empty()) return advance_engine(track);
+  source_->perform(track);
+  if (source_->has_engine()) return source_->advance(track, 1) > 0;
   const bool calls_scene = scene_.spec.systems[index_of(track)].one_thread;
   std::optional<Snapshot> before;
   if (calls_scene && request_.snap) before = system.snapshot();
   try {
-    std::int64_t most = outputs_.recorder() ? outputs_.recorder()->due(0, system) : Track::kNever;
-    if (replays_) most = std::min(most, replays_->due(index_of(track), system));
-    const bool single = tracks_.size() > 1 || calls_scene;
-    return track.advance(single ? 1 : std::min(track.due(), most)) > 0;
+    std::int64_t most = tracks_.size() > 1 ? 1 : track.due();
+    if (outputs_.recorder()) most = std::min(most, outputs_.recorder()->due(0, system));
+    return source_->advance(track, most) > 0;
   } catch (const Error& error) {
     if (before) system.restore(*before);
     if (SessionSignals::any()) return false;  // Lua was stopped
     throw in_step(error, system);
   }
-}
-
-bool Run::advance_engine(Track& track) {
-  engine::EngineRun& engine = *engines_[index_of(track)];
-  const bool advanced = engine.advance(track);
-  if (const std::string note = engine.take_note(); !note.empty() && !request_.quiet)
-    console_.err << "sim: note: " << note << '\n' << std::flush;
-  return advanced;
 }
 
 // The moments of which files want a frame of a system.
@@ -203,7 +185,7 @@ engine::MoreMoments Run::recorder_moments(std::size_t system) {
 int Run::take_steps(const Interrupts& interrupts) {
   if (std::ostream* out = report_stream(request_, console_))
     for (const auto& choice : choices_) put(*out, error_choice_text(choice, request_));
-  report_.header(tracks_, engines_.empty() ? "" : engines_.front()->title());
+  report_.header(tracks_, source_->title());
   for (Track& track : tracks_) {
     track.system().stop_when([this] {
       mention_long_step();
@@ -215,7 +197,7 @@ int Run::take_steps(const Interrupts& interrupts) {
 
   begin_ = Clock::now();
   bool begun = false;
-  for (const auto& each : engines_) each->start();
+  source_->start();
   Track* track = furthest_behind(tracks_);
   for (; track && !interrupts.caught() && !outputs_.deserted(); track = furthest_behind(tracks_)) {
     if (!step(*track)) {
@@ -236,8 +218,7 @@ int Run::take_steps(const Interrupts& interrupts) {
 
   // A run that stopped early ends with the state it stopped in.
   const int caught = track ? interrupts.caught() : 0;
-  for (Track& each : tracks_)
-    if (each.finished()) perform(each);
+  source_->finish();
   for (Track& each : tracks_) {
     if (each.finished()) continue;
     measure(each, true);
@@ -250,12 +231,7 @@ int Run::take_steps(const Interrupts& interrupts) {
 void Run::begin_long_run(double seconds) {
   const bool beside =
       study::verify_beside(request_.verify, tracks_, request_.scene.threads, SessionSignals::any);
-  double done = 1;
-  for (const Track& track : tracks_) {
-    const auto taken = static_cast<double>(track.taken());
-    const auto left = static_cast<double>(track.steps() - track.system().step_count());
-    done = std::min(done, taken / std::max(1.0, taken + left));
-  }
+  const double done = study::done_share(tracks_);
   const double whole = done > 0 ? seconds / done : HUGE_VAL;
   if (whole * (beside ? 2 : 1) < kLong || request_.quiet) return;
   long_told_ = true;
@@ -317,7 +293,7 @@ int Run::go() {
   // A run that fails before its first step, or for want of a reader, replaces nothing; but a
   // checkpoint that was asked for is made with all that belongs to it.
   const bool began = std::ranges::any_of(tracks_, [](const Track& t) { return t.taken() > 0; });
-  const bool worth = complete ? !outputs_.deserted() : began && engines_.empty();
+  const bool worth = complete ? !outputs_.deserted() : began && !source_->has_engine();
   if (worth || (request_.snap && (complete || began))) {
     outputs_.commit_checkpoint(tracks_);
     interrupts.checkpoint_is_safe();

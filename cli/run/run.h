@@ -8,7 +8,7 @@
 #include "cli/run/scene.h"
 #include "cli/terminal/console.h"
 #include "cli/verbs/adjacency.h"
-#include "core/engine/engine_run.h"
+#include "core/engine/step_source.h"
 #include "core/output/output.h"
 #include "core/report/check.h"
 #include "core/study/budget.h"

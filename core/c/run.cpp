@@ -21,16 +21,6 @@ namespace {
 
 using study::Track;
 
-double done_of(std::span<const Track> tracks) {
-  double done = 1;
-  for (const Track& track : tracks) {
-    const auto left = static_cast<double>(track.steps() - track.system().step_count());
-    const auto taken = static_cast<double>(track.taken());
-    if (left > 0) done = std::min(done, taken / (taken + left));
-  }
-  return done;
-}
-
 // The quantities asked for that are figures of a whole run.
 std::vector<study::Quantity> figures_of(const SystemSpec& spec,
                                         const std::vector<std::string>& judged) {
@@ -54,48 +44,6 @@ bool is_chosen_run(const sim_scene& scene, const RunTask& task) {
   return !task.replays && !task.engine && !scene.choices.empty() &&
          scene.generation == scene.chosen_at &&
          std::max(0.0, task.time) == std::max(0.0, scene.chosen.time);
-}
-
-// Another program's steps, one run a system.
-std::vector<std::unique_ptr<engine::EngineRun>> engines_of(const RunTask& task, sim_scene& scene,
-                                                           std::vector<Track>& tracks,
-                                                           const std::function<bool()>& stop) {
-  std::vector<std::unique_ptr<engine::EngineRun>> engines;
-  const bool world = scene.loaded.spec.world;
-  for (std::size_t i = 0; task.engine && i < tracks.size(); ++i) {
-    engine::EngineRequest own = *task.engine;
-    if (world && !own.results.empty()) own.results += "/" + tracks[i].system().name();
-    const std::int64_t strides[] = {tracks[i].row_stride()};
-    engines.push_back(std::make_unique<engine::EngineRun>(
-        own, scene.loaded.spec.systems[i], tracks[i],
-        engine::moments_of(tracks[i], strides, own.launch.words.empty() ? own.launch.ranks : 0),
-        *scene.registry, stop));
-  }
-  return engines;
-}
-
-// The steps of a recording or of engines; empty for those of the kernel.
-study::Advance advance_of(const RunTask& task, const sim_scene& scene, std::vector<Track>& tracks,
-                          std::vector<std::unique_ptr<engine::EngineRun>>& engines) {
-  const auto index = [&tracks](const Track& track) {
-    return static_cast<std::size_t>(&track - tracks.data());
-  };
-  if (task.replays)
-    return [&task, &scene, index](Track& track, std::int64_t most) {
-      const std::size_t i = index(track);
-      task.replays->perform(i, track);
-      const bool calls_scene = scene.loaded.spec.systems[i].one_thread;
-      const std::int64_t due = task.replays->due(i, track.system());
-      return track.advance(calls_scene ? 1 : std::min(most, due));
-    };
-  if (!task.engine) return {};
-  return [&task, &engines, index](Track& track, std::int64_t) {
-    engine::EngineRun& engine = *engines[index(track)];
-    const bool advanced = engine.advance(track);
-    if (std::string note = engine.take_note(); !note.empty() && task.notes)
-      task.notes->push_back(std::move(note));
-    return advanced ? 1 : 0;
-  };
 }
 
 // A recording has whole steps.
@@ -132,7 +80,7 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
   // Functions of the scene may ask on other threads, too, in runs beside this one.
   const std::function<bool()> stop = [&] {
     if (!watcher.is_own_thread()) return watcher.told();
-    return watcher.stopped(what, running ? done_of(*running) : 0);
+    return watcher.stopped(what, running ? study::done_share(*running) : 0);
   };
   const Stop::By asked(*scene.stop, stop);
   std::vector<Track> tracks;
@@ -163,9 +111,18 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
   const Clock::time_point begin = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   const study::VerificationPlan plan{.wish = static_cast<study::Verify>(task.verify)};
-  std::vector<std::unique_ptr<engine::EngineRun>> engines = engines_of(task, scene, tracks, stop);
-  for (const auto& each : engines) each->start();
-  const study::Advance advance = advance_of(task, scene, tracks, engines);
+  engine::StepSource source(loaded.spec, tracks, task.replays);
+  if (task.engine)
+    source.use(*task.engine, *scene.registry, stop, [&task](const std::string& note) {
+      if (task.notes) task.notes->push_back(note);
+    });
+  source.start();
+  study::Advance advance;
+  if (task.replays || task.engine)
+    advance = [&source](Track& track, std::int64_t most) {
+      source.perform(track);
+      return source.advance(track, most);
+    };
   bool early = true;
   const auto verify_beside = [&] {
     if (!early || seconds() < Track::kQuick) return;
@@ -175,8 +132,7 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
   };
   try {
     study::follow_all(tracks, stop, verify_beside, advance);
-    for (std::size_t i = 0; task.replays && i < tracks.size(); ++i)
-      if (tracks[i].finished()) task.replays->perform(i, tracks[i]);
+    source.finish();
   } catch (const Error&) {
     if (!watcher.told()) throw;
     give_up(tracks);

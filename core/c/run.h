@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "core/c/choice.h"
-#include "core/engine/engine_run.h"
-#include "core/report/replays.h"
+#include "core/engine/step_source.h"
 #include "core/study/run/run_length.h"
 
 namespace sim::c {

@@ -1,5 +1,7 @@
 #include "core/study/run/follow.h"
 
+#include <algorithm>
+
 namespace sim::study {
 
 namespace {
@@ -38,6 +40,16 @@ Track* furthest_behind(std::span<Track> tracks) {
     if (!track.finished() && !track.stuck() && (!next || track.system().t() < next->system().t()))
       next = &track;
   return next;
+}
+
+double done_share(std::span<const Track> tracks) {
+  double done = 1;
+  for (const Track& track : tracks) {
+    const auto left = static_cast<double>(track.steps() - track.system().step_count());
+    const auto taken = static_cast<double>(track.taken());
+    if (left > 0) done = std::min(done, taken / (taken + left));
+  }
+  return done;
 }
 
 void follow_all(std::span<Track> tracks, const std::function<bool()>& stop,

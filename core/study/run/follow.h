@@ -20,6 +20,9 @@ void follow(Track& track, const std::function<bool()>& stop,
 // their ends, or stuck.
 Track* furthest_behind(std::span<Track> tracks);
 
+// The share of the steps of a run that is done, of the system that has most left.
+double done_share(std::span<const Track> tracks);
+
 // Follows several systems. One that diverges is left behind by the others.
 void follow_all(std::span<Track> tracks, const std::function<bool()>& stop,
                 const std::function<void()>& between = {}, const Advance& advance = {});

@@ -34,6 +34,7 @@ class Track {
   void touched(double energy);  // by a user, with so many J; there is no refined run then
   Simulation& system() const { return *system_; }
   std::int64_t steps() const { return steps_; }
+  std::int64_t frame_stride() const { return frame_stride_; }
   std::int64_t row_stride() const { return row_stride_; }
   std::int64_t taken() const { return system_->step_count() - first_step_; }
   double elapsed() const { return system_->t() - first_t_; }        // s, simulated
