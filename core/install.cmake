@@ -11,8 +11,8 @@ install(TARGETS sim_c EXPORT sim LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(FILES core/c/sim.h DESTINATION include)
 install(DIRECTORY python/sim DESTINATION lib/python3/dist-packages
   FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
-# The public headers: what plugins and programs may include. What these include in turn comes with
-# them, and may change at any time, as all others.
+# The public headers: what plugins and programs include. What these include in turn, the types of
+# their interfaces, comes with them.
 file(STRINGS core/public_headers.txt headers_left)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core/public_headers.txt)
 set(headers)

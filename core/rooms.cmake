@@ -21,7 +21,7 @@ function(sim_rooms target folder)
       # Small rooms that read the same headers share a unit.
       string(REGEX REPLACE "^(terminal|view)$" "run" room ${room})
       string(REGEX REPLACE "^engine$" "output" room ${room})
-      string(REGEX REPLACE "^(fields|simd|math)$" "base" room ${room})
+      string(REGEX REPLACE "^(fields|simd|math|geometry)$" "base" room ${room})
       set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
     endif()
   endforeach()

@@ -260,8 +260,8 @@ return sim.scene {
 }
 )--"},
     {"motion", R"--(// An eight on its side: twice up and down while once to and fro.
-#include "core/math/sine.h"
-#include "core/particles/rigid_motion.h"
+#include "core/math/elementary.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/plugin/periodic.h"
 #include "core/plugin/plugin.h"
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/primitive_surface.h"
+#include "core/geometry/render_shape.h"
 #include "core/particles/contact_law.h"
-#include "core/particles/primitive_surface.h"
-#include "core/particles/render_shape.h"
 #include "core/particles/view.h"
 
 namespace sim {

@@ -2,40 +2,16 @@
 // of their own.
 #pragma once
 
-#include <initializer_list>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/linear/row_pattern.h"
 #include "core/particles/view.h"
 
 namespace sim {
 
 class Breakable;
-
-// The particles of each equation, one row an equation: the sparsity pattern of the Jacobian J.
-struct RowPattern {
-  std::vector<int> begin{0}, ids;  // row r: from ids[begin[r]] to before ids[begin[r + 1]]
-
-  int rows() const { return static_cast<int>(begin.size()) - 1; }
-  std::span<const int> of(int row) const {
-    const int first = begin[static_cast<std::size_t>(row)];
-    return std::span(ids).subspan(
-        static_cast<std::size_t>(first),
-        static_cast<std::size_t>(begin[static_cast<std::size_t>(row) + 1] - first));
-  }
-  void add(std::initializer_list<int> particles) {
-    ids.insert(ids.end(), particles);
-    begin.push_back(static_cast<int>(ids.size()));
-  }
-  // The pattern of `rows` rows for each particle alone.
-  static RowPattern of_each(const std::vector<int>& particles, int rows = 1) {
-    RowPattern pattern;
-    for (const int i : particles)
-      for (int row = 0; row < rows; ++row) pattern.add({i});
-    return pattern;
-  }
-};
 
 // The equations of one constraint at one state, as evaluate() writes them.
 struct Rows {

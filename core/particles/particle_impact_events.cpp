@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 #include "core/particles/resting_contact.h"
 
 namespace sim {

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/base/layout.h"
 #include "core/base/thread_pool.h"
 #include "core/particles/contacts.h"
 #include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
-#include "core/particles/layout.h"
 #include "core/particles/prescribed_motion.h"
 #include "core/particles/springs/net_forces.h"
 

@@ -6,7 +6,7 @@
 #include "core/base/assert.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 
 namespace sim {
 namespace {

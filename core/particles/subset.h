@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "core/particles/layout.h"
+#include "core/base/layout.h"
 #include "core/particles/view.h"
 
 namespace sim {

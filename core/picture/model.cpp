@@ -5,10 +5,10 @@
 #include <set>
 
 #include "core/fields/field_system.h"
+#include "core/geometry/cells.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/constraints/constraint_system.h"
-#include "core/particles/elements/cells.h"
 #include "core/particles/elements/torn_faces.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/particles.h"
 #include "core/scene/simulation.h"
 

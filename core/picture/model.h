@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/render_shape.h"
 #include "core/math/vec3.h"
-#include "core/particles/render_shape.h"
 #include "core/particles/springs/spring_sense.h"
 
 namespace sim {

@@ -1,7 +1,7 @@
 // Solids of a picture: balls, boxes and capsules of triangles, planes as a large square.
 #include <algorithm>
 
-#include "core/particles/rigid/rigid_shape.h"
+#include "core/geometry/rigid_shape.h"
 #include "core/picture/scenery.h"
 
 namespace sim {

@@ -7,11 +7,11 @@
 #include <string_view>
 
 #include "core/fields/field.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/ode/integrator.h"
 #include "core/particles/collider.h"
 #include "core/particles/constraint.h"
 #include "core/particles/force.h"
-#include "core/particles/rigid_motion.h"
 #include "core/plugin/elements.h"
 #include "core/plugin/kind.h"
 #include "core/plugin/params.h"

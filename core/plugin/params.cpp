@@ -7,8 +7,8 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/particles/rigid/rigid_body.h"
-#include "core/particles/rigid_motion.h"
 
 namespace sim {
 namespace {

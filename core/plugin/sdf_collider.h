@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/rigid_motion.h"
 #include "core/particles/collider.h"
-#include "core/particles/rigid_motion.h"
 #include "core/plugin/params.h"
 
 namespace sim {

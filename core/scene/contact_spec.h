@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/plugin/params.h"
 
 namespace sim {

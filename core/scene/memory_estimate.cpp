@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/memory.h"
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 
 namespace sim {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/math/vec3.h"
-#include "core/particles/rigid_motion.h"
 
 namespace sim {
 

@@ -1,6 +1,6 @@
 #include "core/scene/scene_spec.h"
 
-#include "core/particles/elements/cells.h"
+#include "core/geometry/cells.h"
 
 namespace sim {
 

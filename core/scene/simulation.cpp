@@ -7,8 +7,8 @@
 
 #include "core/base/hash.h"
 #include "core/base/text.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/ode/cut_steps.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
 #include "core/scene/body_attachments.h"

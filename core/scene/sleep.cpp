@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "core/base/text.h"
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/force.h"
 #include "core/scene/scene_part.h"
 

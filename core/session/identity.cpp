@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "core/geometry/rigid_motion.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/collider.h"
 #include "core/particles/constraint.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/rigid/rigid_body.h"
-#include "core/particles/rigid_motion.h"
 #include "core/scene/spec_fields.h"
 
 namespace sim {

@@ -1,5 +1,5 @@
 // A box, solid within, or a room.
-#include "core/math/sine.h"
+#include "core/math/elementary.h"
 #include "core/plugin/plugin.h"
 #include "core/plugin/sdf_collider.h"
 

@@ -11,13 +11,12 @@
 #include <numeric>
 
 #include "core/base/error.h"
+#include "core/base/layout.h"
 #include "core/base/text.h"
 #include "core/engine/engine.h"
 #include "core/output/bytes.h"
 #include "core/output/output.h"
-#include "core/particles/layout.h"
 #include "core/plugin/plugin.h"
-#include "core/scene/snapshot.h"
 #include "plugins/engines/petsc_files.h"
 
 namespace sim::engine {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/expression/program.h"
-#include "core/ode/plan.h"
+#include "core/ode/ode_system.h"
 #include "plugins/fields/straight_stepper.h"
 
 namespace sim {

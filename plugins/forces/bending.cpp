@@ -12,9 +12,8 @@
 #include <algorithm>
 #include <array>
 
-#include "core/particles/elements/incidence.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/elements/torn_faces.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
 
 namespace {

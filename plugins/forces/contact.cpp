@@ -1,6 +1,6 @@
 // Penalty contact: a compliant solid, so that the motion stays an ordinary differential equation,
 // for any integrator.
-#include "core/math/power.h"
+#include "core/math/elementary.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -1,8 +1,8 @@
 // Pressure on a surface, outwards: on each triangle p A n, a third of it on each corner.
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/elements/element_couplings.h"
 #include "core/particles/elements/element_forces.h"
 #include "core/particles/elements/torn_faces.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/particles/breakable.h"
 #include "core/particles/bridges.h"
 #include "core/particles/springs/dashpots.h"
 #include "core/particles/springs/springs.h"

@@ -7,7 +7,7 @@
 
 #include "core/base/array.h"
 #include "core/base/finite.h"
-#include "core/math/power.h"
+#include "core/math/elementary.h"
 #include "core/ode/fastest_mode.h"
 #include "core/ode/stability.h"
 #include "core/plugin/method.h"

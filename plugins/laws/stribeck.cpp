@@ -1,5 +1,5 @@
 // Friction that is larger at rest than in motion, which causes stick-slip.
-#include "core/math/exponential.h"
+#include "core/math/elementary.h"
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"
 #include "core/plugin/surface_params.h"

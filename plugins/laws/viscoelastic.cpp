@@ -1,5 +1,5 @@
 // Restitution of viscoelastic spheres, which is larger for slow impacts than for fast ones.
-#include "core/math/power.h"
+#include "core/math/elementary.h"
 #include "core/particles/contact_law.h"
 #include "core/plugin/plugin.h"
 #include "core/plugin/surface_params.h"

@@ -1,5 +1,5 @@
 // Straight on at one velocity.
-#include "core/particles/rigid_motion.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // Round in a circle, without turning.
-#include "core/math/sine.h"
-#include "core/particles/rigid_motion.h"
+#include "core/geometry/rigid_motion.h"
+#include "core/math/elementary.h"
 #include "core/plugin/periodic.h"
 #include "core/plugin/plugin.h"
 

@@ -1,6 +1,6 @@
 // Turning about its center.
-#include "core/math/sine.h"
-#include "core/particles/rigid_motion.h"
+#include "core/geometry/rigid_motion.h"
+#include "core/math/elementary.h"
 #include "core/plugin/periodic.h"
 #include "core/plugin/plugin.h"
 

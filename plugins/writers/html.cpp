@@ -6,7 +6,6 @@
 #include "core/output/page/page.h"
 #include "core/output/stored_moments.h"
 #include "core/output/writer.h"
-#include "core/picture/quantity.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "tests/bench/cloth.h"
 #include "tests/bench/memory.h"
 #include "tests/support/allocations.h"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/geometry/bounding_box.h"
 #include "core/ode/ode_system.h"
-#include "core/particles/explicit/bounding_box.h"
 #include "core/particles/neighbours/neighbours.h"
 #include "core/simd/convert.h"
 #include "tests/support/kernel_cases.h"

@@ -1,7 +1,7 @@
 // Kernels of triangles and cells, compared with plain loops.
 #include "core/base/bits.h"
 #include "core/base/thread_pool.h"
-#include "core/particles/elements/cells.h"
+#include "core/geometry/cells.h"
 #include "plugins/contact/surfaces/self_collision_culling.h"
 #include "plugins/forces/fem/fem_forces.h"
 #include "plugins/forces/wind/wind_forces.h"

@@ -1,8 +1,8 @@
 // Kernels of implicit steps, compared with plain loops.
 #include "core/base/bits.h"
-#include "core/particles/implicit/aggregate_matrix.h"
+#include "core/linear/aggregate_matrix.h"
+#include "core/linear/block_kernels.h"
 #include "core/particles/implicit/float_springs.h"
-#include "core/particles/implicit/stage_matrix.h"
 #include "tests/support/kernel_cases.h"
 
 using namespace sim_test;

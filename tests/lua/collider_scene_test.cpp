@@ -1,7 +1,7 @@
 // Colliders and their motions in scenes: what they may say, and what is refused.
 #include <cmath>
 
-#include "core/particles/rigid_motion.h"
+#include "core/geometry/rigid_motion.h"
 #include "tests/lua/scene_text.h"
 
 using namespace sim;

@@ -1,6 +1,6 @@
 // Errors of sim.contact, and the behaviour of its scenes.
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/constraints/constraint_system.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/all_intersections.h"
 

@@ -1,7 +1,7 @@
 // Elements of a scene: ties of any arity, grids of three directions, surfaces, groups.
 #include <cmath>
 
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "tests/lua/scene_text.h"
 
 using namespace sim;

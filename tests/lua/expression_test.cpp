@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "core/base/array.h"
-#include "core/particles/layout.h"
+#include "core/base/layout.h"
 #include "core/particles/particle_system.h"
 #include "core/scene/simulation.h"
 #include "tests/lua/scene_text.h"

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/implicit/stage_matrix.h"
 #include "core/particles/particle_system.h"

@@ -3,8 +3,9 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/linear/block_kernels.h"
+#include "core/linear/lbfgs.h"
 #include "core/ode/implicit/dense_solver.h"
-#include "core/particles/implicit/lbfgs.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs/springs.h"

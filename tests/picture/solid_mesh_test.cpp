@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "core/particles/rigid/rigid_shape.h"
+#include "core/geometry/rigid_shape.h"
 #include "core/picture/scenery.h"
 
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/base/array.h"
 #include "core/base/error.h"
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

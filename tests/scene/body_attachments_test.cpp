@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/geometry/rigid_shape.h"
 #include "core/particles/rigid/rigid_body.h"
-#include "core/particles/rigid/rigid_shape.h"
 #include "tests/lua/scene_text.h"
 
 using namespace sim;

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/geometry/rigid_motion.h"
 #include "core/math/sine.h"
-#include "core/particles/rigid_motion.h"
 #include "core/study/energy_balance.h"
 #include "tests/support/scenes.h"
 #include "tests/support/table.h"

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "core/particles/elements/triangle_mesh.h"
-#include "core/particles/rigid_motion.h"
+#include "core/geometry/rigid_motion.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/scene/scene_part.h"
 #include "core/session/checkpoint.h"
 #include "core/study/energy_balance.h"

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

@@ -5,9 +5,9 @@
 #include <span>
 
 #include "core/base/text.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/lua/lua_read.h"
 #include "core/particles/constraint.h"
-#include "core/particles/rigid_motion.h"
 
 namespace sim {
 namespace {

@@ -2,10 +2,10 @@
 #include <limits>
 
 #include "core/base/memory.h"
+#include "core/geometry/cells.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
-#include "core/particles/elements/cells.h"
 
 namespace sim {
 

@@ -5,10 +5,10 @@
 
 #include "core/base/memory.h"
 #include "core/base/text.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/lua_table.h"
 #include "core/lua/scene/scene_reader.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/scene/part_text.h"
 #include "core/session/identity.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 
 namespace sim {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/linear/row_matrix.h"
 #include "core/particles/collider.h"
 #include "core/particles/constraints/constraints.h"
-#include "core/particles/constraints/row_matrix.h"
 
 namespace sim {
 

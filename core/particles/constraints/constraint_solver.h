@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "core/linear/row_matrix.h"
 #include "core/particles/constraints/constraints.h"
 #include "core/particles/constraints/implicit_drift.h"
-#include "core/particles/constraints/row_matrix.h"
 
 namespace sim {
 

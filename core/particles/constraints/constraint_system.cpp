@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/constraints/constraint_solver.h"
 #include "core/particles/constraints/contact_accelerations.h"
 #include "core/particles/particles.h"
 

@@ -9,10 +9,11 @@
 
 #include "core/base/array.h"
 #include "core/particles/constraints/constraint_force.h"
-#include "core/particles/constraints/constraint_solver.h"
+#include "core/particles/constraints/constraints.h"
 
 namespace sim {
 
+class ConstraintSolver;
 class Particles;
 
 // A state is that of the particles, followed by the internal variables of the constraints.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 #include "core/particles/constraints/linear_rows.h"
 #include "core/particles/step_path.h"
 

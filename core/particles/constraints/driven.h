@@ -3,9 +3,9 @@
 
 #include <memory>
 
+#include "core/geometry/rigid_motion.h"
 #include "core/math/differences.h"
 #include "core/particles/constraint.h"
-#include "core/particles/rigid_motion.h"
 
 namespace sim {
 

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "core/linear/sparse.h"
 #include "core/particles/constraints/constraints.h"
 #include "core/particles/constraints/row_values.h"
 #include "core/particles/constraints/saddle_order.h"
-#include "core/particles/implicit/sparse.h"
 
 namespace sim {
 

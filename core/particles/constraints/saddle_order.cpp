@@ -6,7 +6,7 @@
 
 namespace sim {
 
-SaddleOrder saddle_order(const Constraints& constraints, ParticlePairs pairs) {
+SaddleOrder saddle_order(const Constraints& constraints, BlockPairs pairs) {
   const RowPattern& pattern = constraints.rows().pattern;
   const std::span<const double> weights = constraints.weights();
   std::vector<double> masses(weights.size(), HUGE_VAL);

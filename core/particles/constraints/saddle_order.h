@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "core/linear/sparse.h"
 #include "core/particles/constraints/constraints.h"
-#include "core/particles/implicit/sparse.h"
 
 namespace sim {
 
@@ -17,6 +17,6 @@ struct SaddleOrder {
 };
 
 // pairs: the particles that A couples, besides those that share a row.
-SaddleOrder saddle_order(const Constraints& constraints, ParticlePairs pairs);
+SaddleOrder saddle_order(const Constraints& constraints, BlockPairs pairs);
 
 }  // namespace sim

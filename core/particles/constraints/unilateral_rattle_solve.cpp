@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 #include "core/particles/constraints/linear_rows.h"
 #include "core/particles/constraints/unilateral_rattle.h"
 #include "core/particles/late_velocities.h"

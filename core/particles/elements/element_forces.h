@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/thread_pool.h"
-#include "core/particles/elements/incidence.h"
+#include "core/geometry/incidence.h"
 #include "core/particles/view.h"
 
 namespace sim {

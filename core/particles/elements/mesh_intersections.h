@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/elements/torn_faces.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "core/particles/view.h"
 
 namespace sim {

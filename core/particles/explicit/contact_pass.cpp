@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 #include "core/particles/late_velocities.h"
 
 namespace sim {

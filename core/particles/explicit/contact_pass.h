@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/geometry/bounding_box.h"
 #include "core/ode/ode_system.h"
-#include "core/particles/explicit/bounding_box.h"
 #include "core/particles/explicit/resting_contact_kernel.h"
 #include "core/particles/particles.h"
 

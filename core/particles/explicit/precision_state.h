@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/array.h"
+#include "core/base/layout.h"
 #include "core/particles/explicit/sweep.h"
-#include "core/particles/layout.h"
 #include "core/simd/convert.h"
 
 namespace sim {

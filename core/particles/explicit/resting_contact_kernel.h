@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
+#include "core/geometry/primitive_surface.h"
 #include "core/particles/explicit/stages.h"
-#include "core/particles/primitive_surface.h"
 
 namespace sim {
 

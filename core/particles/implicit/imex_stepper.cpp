@@ -5,8 +5,8 @@
 
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/math/axes.h"
 #include "core/math/exponential.h"
-#include "core/particles/axes.h"
 
 namespace sim {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 #include "core/particles/resting_contact.h"
 
 namespace sim {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/linear/sparse.h"
 #include "core/ode/ode_system.h"
-#include "core/particles/implicit/sparse.h"
 #include "core/particles/implicit/stage_equation.h"
 #include "core/particles/particles.h"
 

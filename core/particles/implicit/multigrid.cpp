@@ -77,22 +77,13 @@ double largest_of(const std::array<const double*, 3>& r, int n) {
 
 }  // namespace
 
-Aggregates Multigrid::aggregates_of(const StageMatrix& matrix, const Particles& system,
-                                    WeightedGraph& between) {
-  std::vector<std::pair<int, int>> pairs;
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.emplace_back(a, b); });
+Multigrid::Multigrid(const StageMatrix& matrix, const Particles& system)
+    : matrix_(&matrix), half_(matrix.layout()), springs_(system) {
   std::vector<std::uint8_t> pinned;
   for (const double mass : system.masses()) pinned.push_back(std::isinf(mass));
-  const WeightedGraph graph = graph_of(system.layout().n(), pairs);
-  Aggregates aggregates = aggregate(graph, pinned, kWanted);
-  between = graph_between(graph, aggregates);
-  return aggregates;
-}
-
-Multigrid::Multigrid(const StageMatrix& matrix, const Particles& system)
-    : half_(matrix.layout()), springs_(system) {
-  WeightedGraph between;
-  aggregates_ = aggregates_of(matrix, system, between);
+  const WeightedGraph graph = graph_of(half_.n(), matrix.fixed_pairs());
+  aggregates_ = aggregate(graph, pinned, kWanted);
+  const WeightedGraph between = graph_between(graph, aggregates_);
   aggregate_matrix_.emplace(between, true);
   const auto n = static_cast<std::size_t>(half_.n());
   first_.assign(static_cast<std::size_t>(aggregates_.count) + 1, 0);
@@ -120,15 +111,16 @@ Multigrid::Multigrid(const StageMatrix& matrix, const Particles& system)
 
 // Centres of the aggregates, and arms from there relative to their size, so that all columns of P
 // have the same scale.
-void Multigrid::assign_aggregates(const StageMatrix& matrix) {
+void Multigrid::assign_aggregates() {
+  const Stiffness& springs = matrix_->stiffness();
   for (std::size_t p = 0; p + 1 < first_.size(); ++p) {
     Vec3 centre = Vec3::Zero();
     double size = 0;
-    each_member(p, [&](int i) { centre += matrix.stiffness().position(i); });
+    each_member(p, [&](int i) { centre += springs.position(i); });
     centre = centre / (first_[p + 1] - first_[p]);
     each_member(p, [&](int i) {
       Vec3& arm = arms_[static_cast<std::size_t>(i)];
-      arm = matrix.stiffness().position(i) - centre;
+      arm = springs.position(i) - centre;
       size = std::max(size, arm.norm());
     });
     each_member(p, [&](int i) {
@@ -189,11 +181,11 @@ void Multigrid::add_particles() {
     });
 }
 
-bool Multigrid::prepare(const StageMatrix& matrix) {
-  const double largest = matrix.largest();
+bool Multigrid::prepare() {
+  const double largest = matrix_->largest();
   if (aggregates_.count == 0 || !(largest > 0) || !std::isfinite(largest)) return false;
-  springs_.take(matrix);
-  assign_aggregates(matrix);
+  springs_.take(*matrix_);
+  assign_aggregates();
   aggregate_matrix_->clear();
   add_springs();
   add_particles();

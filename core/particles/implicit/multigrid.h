@@ -4,7 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/particles/implicit/aggregate_matrix.h"
+#include "core/linear/aggregate_matrix.h"
+#include "core/linear/linear_solver.h"
 #include "core/particles/implicit/float_springs.h"
 
 namespace sim {
@@ -15,30 +16,28 @@ namespace sim {
 // they are rigid motions of aggregates. The steps on particles run in single precision, those on
 // aggregates in double: their matrix is small where they move as one, a difference of large
 // numbers.
-class Multigrid {
+class Multigrid final : public Preconditioner {
  public:
-  // masses of the particles in kg, infinity where pinned.
   Multigrid(const StageMatrix& matrix, const Particles& system);
 
-  bool prepare(const StageMatrix& matrix);   // for it as it is now; false when it cannot be used
-  double solve(const double* r, double* z);  // z := about A^-1 r; r.z
+  bool prepare() override;
+  double solve(const double* r, double* z) override;
 
  private:
   static constexpr int kRow = AggregateKernels::kRow;
-  static Aggregates aggregates_of(const StageMatrix& matrix, const Particles& system,
-                                  WeightedGraph& between);
   int aggregate_index(int i) const { return aggregates_.of[static_cast<std::size_t>(i)]; }
   template <class Visit>  // visit(i) of the particles of a patch
   void each_member(std::size_t aggregate_index, Visit visit) const {
     for (int at = first_[aggregate_index]; at < first_[aggregate_index + 1]; ++at)
       visit(members_[static_cast<std::size_t>(at)]);
   }
-  void assign_aggregates(const StageMatrix& matrix);
+  void assign_aggregates();
   void add_particles();
   void add_springs();
   void restrict_rest(const float* rest);
   void add_motions(float* x);
 
+  const StageMatrix* matrix_;
   Layout half_;
   FloatSprings springs_;
   Aggregates aggregates_;

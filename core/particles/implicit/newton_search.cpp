@@ -69,7 +69,7 @@ bool NewtonSolver::can_use_lbfgs() {
   equation_.place(0);
   evaluate();
   linearise(kSafe);
-  return !matrix_.restricted() && linear_->prepare(matrix_);
+  return !matrix_.restricted() && linear_->prepare();
 }
 
 // True once the residual is at the goal; false if it falls more slowly than by Newton's method.

@@ -88,7 +88,7 @@ LinearResult NewtonSolver::find_direction(double eta) {
 
 LinearResult NewtonSolver::solve_linear(Array& g, double eta) {
   for (double& value : g.span()) value = -value;
-  const LinearResult result = linear_->solve(matrix_, g.data(), equation_.direction().data(), eta);
+  const LinearResult result = linear_->solve(g.data(), equation_.direction().data(), eta);
   effort_.linear += result.iterations;
   effort_.factorisations += result.factorisations;
   for (double& value : g.span()) value = -value;

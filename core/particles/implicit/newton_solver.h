@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "core/base/array.h"
+#include "core/linear/lbfgs.h"
 #include "core/particles/implicit/implicit_contact.h"
-#include "core/particles/implicit/lbfgs.h"
-#include "core/particles/implicit/linear_solver.h"
 #include "core/particles/implicit/stage_equation.h"
+#include "core/particles/implicit/stage_linear_solver.h"
 #include "core/particles/implicit/stage_matrix.h"
 #include "core/particles/particles.h"
 

@@ -147,10 +147,4 @@ double StageEquation::acceleration_change(const Array& guess, const Array& g) co
   return all > 0 ? std::sqrt(change / all) : 0;
 }
 
-double dot(const Array& a, const Array& b) {
-  double lanes[8] = {};
-  block_kernels().dot(a.data(), b.data(), a.size(), lanes);
-  return sum_of(lanes);
-}
-
 }  // namespace sim

@@ -67,7 +67,4 @@ class StageEquation {
   std::int64_t evaluations_ = 0;
 };
 
-// Summed in eight lanes: the same bits on any machine.
-double dot(const Array& a, const Array& b);
-
 }  // namespace sim

@@ -3,78 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particles/axes.h"
-#include "core/simd/lanes.h"
+#include "core/math/axes.h"
 
 namespace sim {
-namespace {
-
-// P (P D P)^-1 P, the inverse of D on the range of the projection P; like the kernel, 1/|trace| if
-// D is not positive definite there.
-Mat3 inverse_within(const Mat3& d, const Mat3& paths) {
-  Vec3 basis[3], towards[3];
-  int size = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {  // conjugate directions
-    Vec3 e = paths.column(axis);
-    for (int j = 0; j < size; ++j) e -= e.dot(towards[j]) * basis[j];
-    if (!(e.squaredNorm() > 1e-12)) continue;
-    const double curvature = e.dot(d * e);
-    if (!(curvature > 1e-14 * e.squaredNorm() * (d(0, 0) + d(1, 1) + d(2, 2))))
-      return 1 / std::fabs(d(0, 0) + d(1, 1) + d(2, 2)) * paths;
-    basis[size] = e / std::sqrt(curvature);
-    towards[size] = d * basis[size];
-    ++size;
-  }
-  Mat3 inverse;
-  for (int j = 0; j < size; ++j) inverse += outer(basis[j], basis[j]);
-  return inverse;
-}
-
-constexpr int kTile = 512;  // particles, fixed, so that sums do not depend on the number of threads
-
-// The six blocks of an array in Layout(n, 6).
-struct SixBlocks {
-  double* at[6];
-  SixBlocks(const Layout& layout, double* values) {
-    for (int entry = 0; entry < 6; ++entry) at[entry] = layout.block(values, entry);
-  }
-};
-
-}  // namespace
 
 StageMatrix::StageMatrix(Particles& system, std::function<bool()> stopped)
     : system_(&system),
       stopped_(std::move(stopped)),
       half_(system.layout().n(), 3),
-      kernels_(block_kernels()),
+      diagonal_(system.layout().n(), system.pool()),
       stiffness_(system),
       others_(system),
-      shift_(Layout(system.layout().n(), 1).size()),
-      blocks_(system.layout().size()),
-      inverses_(system.layout().size()),
-      tile_sums_(static_cast<std::size_t>((system.layout().n() + kTile - 1) / kTile)) {
+      shift_(Layout(system.layout().n(), 1).size()) {
   for (const SpringRun* run : system.runs()) reach_ = std::max(reach_, run->stride);
   reach_ = (reach_ + 7) / 8 * 8;
   if (!system.nets().empty()) reach_ = system.layout().n();
   if (others_.empty()) return;
   moved_ = Array(half_.size());
   sums_ = Array(half_.size());
-}
-
-// Sums what body(begin, end, lanes) adds in eight lanes over all tiles, in a fixed order.
-template <class Body>
-double StageMatrix::over_tiles(const Body& body) {
-  const int n = half_.n(), tiles = static_cast<int>(tile_sums_.size());
-  system_->pool().run_parts(tiles, 1, [&](int begin, int end) {
-    for (int tile = begin; tile < end; ++tile) {
-      double lanes[8] = {};
-      body(tile * kTile, std::min((tile + 1) * kTile, n), lanes);
-      tile_sums_[static_cast<std::size_t>(tile)] = sum_of(lanes);
-    }
-  });
-  double total = 0;
-  for (const double sum : tile_sums_) total += sum;
-  return total;
 }
 
 void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
@@ -86,36 +32,32 @@ void StageMatrix::at(const ParticleView& view, double tau, const Model& model,
   const int n = half_.n();
   const double damping = tau * system_->motion().damping;
   double* const shift = Layout(n, 1).block(shift_.data(), 0);
-  const SixBlocks blocks(system_->layout(), blocks_.data());
+  const auto blocks = diagonal_.entries();
   system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) shift[i] = view.free(i) ? view.mass[i] + damping : 1.0;
   });
   if (!model.clamped && std::isfinite(model.share))
     stiffness_.soften(shift, tau * tau, system_->motion().free, model.share);
   system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
-    stiffness_.diagonal(shift, tau * tau, blocks.at, begin, end);
+    stiffness_.diagonal(shift, tau * tau, blocks.data(), begin, end);
   });
   // The symmetric part of the diagonal blocks of the other forces.
   const auto add = [&](std::span<const PluginForceJacobian::Block> others, double factor) {
     for (const auto& [i, j, value] : others) {
       if (i != j) continue;
-      int entry = 0;
+      std::size_t entry = 0;
       for (int row = 0; row < 3; ++row)
         for (int col = row; col < 3; ++col)
-          blocks.at[entry++][i] -= 0.5 * factor * (value(row, col) + value(col, row));
+          blocks[entry++][i] -= 0.5 * factor * (value(row, col) + value(col, row));
     }
   };
   add(others_.position_blocks(), tau * tau);
   add(others_.velocity_blocks(), tau);
   bounds_ = nullptr;
   restricted_ = false;
-  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) { invert(begin, end); });
-}
-
-void StageMatrix::invert(int begin, int end) {
-  const SixBlocks blocks(system_->layout(), blocks_.data());
-  const SixBlocks inverses(system_->layout(), inverses_.data());
-  kernels_.invert(blocks.at, system_->motion().free, inverses.at, begin, end);
+  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
+    diagonal_.invert(system_->motion().free, begin, end);
+  });
 }
 
 // The inverse of P D P on the range of each particle's projection P.
@@ -125,17 +67,13 @@ void StageMatrix::restrict_to(const VelocityInequalities* bounds) {
   if (!bounds) return;
   for (const VelocityInequality& bound : *bounds) {
     const int block = bound.particle / 8 * 8;
-    invert(block, block + 8);
+    diagonal_.invert(system_->motion().free, block, block + 8);
   }
-  const SixBlocks inverses(system_->layout(), inverses_.data());
   for (const VelocityInequality& bound : *bounds) {
     if (bound.active == 0 && bound.friction_model.drag == 0) continue;
     restricted_ = true;
-    const Mat3 inverse = inverse_within(diagonal(bound.particle) + bound.friction_model.slope(),
-                                        bound.free_directions);
-    int entry = 0;
-    for (int row = 0; row < 3; ++row)
-      for (int col = row; col < 3; ++col) inverses.at[entry++][bound.particle] = inverse(row, col);
+    diagonal_.invert_within(bound.particle, diagonal(bound.particle) + bound.friction_model.slope(),
+                            bound.free_directions);
   }
 }
 
@@ -146,7 +84,7 @@ double StageMatrix::apply(const double* p, double* out) {
   product.shift = Layout(half_.n(), 1).block(shift_.data(), 0);
   product.scale = tau_ * tau_;
   product.free = system_->motion().free;
-  double dot = over_tiles(
+  double dot = diagonal_.over_tiles(
       [&](int begin, int end, double(&lanes)[8]) { stiffness_.apply(product, begin, end, lanes); });
   if (!others_.empty()) apply_others(p, out);
   if (restricted_) dot += apply_drag(p, out);
@@ -192,33 +130,15 @@ void StageMatrix::apply_others(const double* p, double* out) {
       if (bit(free, i)) to[axis][i] -= tau_ * sums[axis][i];
 }
 
-double StageMatrix::precondition(const double* r, double* z) {
-  const SixBlocks inverses(system_->layout(), inverses_.data());
-  const auto from = half_.axes(r);
-  const auto to = half_.axes(z);
-  return over_tiles([&](int begin, int end, double(&lanes)[8]) {
-    kernels_.multiply(inverses.at, from.data(), to.data(), begin, end, lanes);
-  });
-}
-
 double StageMatrix::turn_and_apply(double beta, const double* z, double* p, double* out) {
-  const auto from = half_.axes(z);
-  const auto to = half_.axes(p);
-  system_->pool().run_parts(half_.n(), 8, [&](int begin, int end) {
-    kernels_.turn(beta, from.data(), to.data(), begin, end);
-  });
+  diagonal_.turn(beta, z, p);
   return apply(p, out);
 }
 
-double StageMatrix::advance(double alpha, const double* p, const double* ap, double* d, double* r,
-                            double* z) {
-  const SixBlocks inverses(system_->layout(), inverses_.data());
-  const auto step = half_.axes(p), change = half_.axes(ap);
-  const auto to = half_.axes(d), rest = half_.axes(r), out = half_.axes(z);
-  return over_tiles([&](int begin, int end, double(&lanes)[8]) {
-    kernels_.advance(alpha, step.data(), change.data(), to.data(), rest.data(), inverses.at,
-                     out.data(), begin, end, lanes);
-  });
+std::vector<std::array<int, 2>> StageMatrix::fixed_pairs() const {
+  std::vector<std::array<int, 2>> pairs;
+  stiffness_.for_each([&](int a, int b, SpringStiffness) { pairs.push_back({a, b}); });
+  return pairs;
 }
 
 void StageMatrix::for_each_pair(const VisitPair& spring, const VisitPair& other) const {
@@ -240,31 +160,18 @@ void StageMatrix::for_each_pair(const VisitPair& spring, const VisitPair& other)
 
 double StageMatrix::shift(int i) const { return Layout(half_.n(), 1).block(shift_.data(), 0)[i]; }
 
-Mat3 StageMatrix::diagonal(int i) const {
-  Mat3 block;
-  int entry = 0;
-  for (int row = 0; row < 3; ++row)
-    for (int col = row; col < 3; ++col)
-      block(row, col) = block(col, row) = system_->layout().block(blocks_.data(), entry++)[i];
-  return block;
-}
-
 double StageMatrix::largest() const {
   double most = 0;
-  for (const int entry : {0, 3, 5}) {
-    const double* const d = system_->layout().block(blocks_.data(), entry);
+  for (const double* const d : diagonal_.trace())
     for (int i = 0; i < half_.n(); ++i) most = std::max(most, d[i]);
-  }
   return most;
 }
 
 double StageMatrix::stiffness_ratio() const {
   double most = 1;
-  for (const int entry : {0, 3, 5}) {
-    const double* const d = system_->layout().block(blocks_.data(), entry);
+  for (const double* const d : diagonal_.trace())
     for (int i = 0; i < half_.n(); ++i)
       if (bit(system_->motion().free, i)) most = std::max(most, d[i] / shift(i));
-  }
   return most;
 }
 
@@ -297,10 +204,10 @@ double StageMatrix::largest_turn(const double* p) const {
 double StageMatrix::rounding(const ParticleView& view) const {
   const double* const q[3] = {view.x, view.y, view.z};
   const double* const v[3] = {view.vx, view.vy, view.vz};
-  constexpr int kDiagonal[3] = {0, 3, 5};
+  const auto trace = diagonal_.trace();
   double sum = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* const d = system_->layout().block(blocks_.data(), kDiagonal[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double* const d = trace[axis];
     for (int i = 0; i < half_.n(); ++i) {
       if (!view.free(i)) continue;
       const double size = std::fabs(q[axis][i]) / tau_ + std::fabs(v[axis][i]);

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/linear/block_diagonal.h"
+#include "core/linear/block_matrix.h"
 #include "core/particles/implicit/plugin_force_jacobian.h"
 #include "core/particles/implicit/velocity_inequality.h"
 #include "core/particles/particles.h"
@@ -13,50 +15,29 @@
 
 namespace sim {
 
-struct BlockKernels {
-  // inverses := the inverses of symmetric blocks (xx xy xz yy yz zz), 0 where pinned. A block that
-  // is not positive definite counts as |trace| I.
-  void (*invert)(const double* const blocks[6], const std::uint8_t* free, double* const inverses[6],
-                 int begin, int end);
-  // z := inverses r, sums += the lanes of r.z.
-  void (*multiply)(const double* const inverses[6], const double* const r[3], double* const z[3],
-                   int begin, int end, double (&sums)[8]);
-  // d += alpha p, r -= alpha a, z := inverses r, sums += the lanes of r.z.
-  void (*advance)(double alpha, const double* const p[3], const double* const a[3],
-                  double* const d[3], double* const r[3], const double* const inverses[6],
-                  double* const z[3], int begin, int end, double (&sums)[8]);
-  // sums += the lanes of a.b;  p := z + beta p.
-  void (*dot)(const double* a, const double* b, std::size_t size, double (&sums)[8]);
-  void (*turn)(double beta, const double* const z[3], double* const p[3], int begin, int end);
-};
-
-BlockKernels block_kernels();  // for this machine
-
 // A = M + tau c + tau^2 K - tau^2 dF/dq - tau dF/dv over the free particles, K of the springs and F
 // of the other forces; D: its 3 x 3 blocks on the diagonal. A vector has three coordinates of every
-// particle, in `layout()`, and is 0 where pinned and on the padding. All sums are taken over fixed
-// tiles, so that their bits do not depend on threads.
-class StageMatrix {
+// particle, in `layout()`, and is 0 where pinned and on the padding.
+class StageMatrix final : public BlockMatrix {
  public:
   explicit StageMatrix(Particles& system, std::function<bool()> stopped = {});
 
-  const Layout& layout() const noexcept { return half_; }
+  const Layout& layout() const noexcept override { return half_; }
   // Springs and affine forces alone: A is symmetric, and positive definite when clamped.
   bool symmetric() const noexcept { return others_.empty(); }
   const Stiffness& stiffness() const noexcept { return stiffness_; }
   const PluginForceJacobian& others() const noexcept { return others_; }
   double tau() const noexcept { return tau_; }
-  bool stopped() const { return stopped_ && stopped_(); }
-  Mat3 diagonal(int i) const;  // the block of D
-  double shift(int i) const;   // M + tau c
-  // The blocks of A off its diagonal: spring(a, b, block) of each spring, a < b, in the order of
-  // Stiffness::for_each, and other(i, j, block) of all other forces, half of the symmetric part of
-  // A for each of (i, j) and (j, i).
-  using VisitPair = std::function<void(int, int, const Mat3&)>;
-  void for_each_pair(const VisitPair& spring, const VisitPair& other) const;
+  bool stopped() const override { return stopped_ && stopped_(); }
+  Mat3 diagonal(int i) const override { return diagonal_.block(i); }
+  double shift(int i) const;  // M + tau c
+  // The springs are the fixed pairs, in the order of Stiffness::for_each; others are blocks of all
+  // other forces.
+  std::vector<std::array<int, 2>> fixed_pairs() const override;
+  void for_each_pair(const VisitPair& spring, const VisitPair& other) const override;
   const double* shifts() const { return Layout(half_.n(), 1).block(shift_.data(), 0); }
-  double largest() const;          // entry of D on its diagonal
-  double stiffness_ratio() const;  // the largest entry of D over its shift M + tau c
+  double largest() const;                   // entry of D on its diagonal
+  double stiffness_ratio() const override;  // the largest entry of D over its shift M + tau c
 
   // The geometric stiffness of compressed springs: none, or limited in sum at each particle to
   // `share` of half its shift. A is positive definite for share < 1, and exact for an infinite
@@ -75,12 +56,15 @@ class StageMatrix {
   // then stay in that subspace (Baraff & Witkin 1998). Null or no active plane: all directions.
   void restrict_to(const VelocityInequalities* bounds);
   void project_directions(double* r) const;  // r := its part in the feasible directions
-  bool restricted() const noexcept { return restricted_; }
+  bool restricted() const noexcept override { return restricted_; }
 
-  double apply(const double* p, double* out);       // out := A p, returns p.out
-  double precondition(const double* r, double* z);  // z := D^-1 r, returns r.z
-  double turn_and_apply(double beta, const double* z, double* p, double* out);  // p := z + beta p
-  double advance(double alpha, const double* p, const double* ap, double* d, double* r, double* z);
+  double apply(const double* p, double* out) override;
+  double precondition(const double* r, double* z) override { return diagonal_.multiply(r, z); }
+  double turn_and_apply(double beta, const double* z, double* p, double* out) override;
+  double advance(double alpha, const double* p, const double* ap, double* d, double* r,
+                 double* z) override {
+    return diagonal_.advance(alpha, p, ap, d, r, z);
+  }
 
   // p.B p with B = M + tau c + tau^2 L, L the springs without their rest lengths: B - A is positive
   // semidefinite wherever A is taken.
@@ -93,24 +77,20 @@ class StageMatrix {
   double rounding(const ParticleView& view) const;
 
  private:
-  template <class Body>
-  double over_tiles(const Body& body);
   void apply_others(const double* p, double* out);
   double apply_drag(const double* p, double* out) const;
-  void invert(int begin, int end);
 
   Particles* system_;
   std::function<bool()> stopped_;
   Layout half_;
-  BlockKernels kernels_;
+  BlockDiagonal diagonal_;
   Stiffness stiffness_;
   PluginForceJacobian others_;
   const VelocityInequalities* bounds_ = nullptr;
   bool restricted_ = false;
   double tau_ = 0;
   int reach_ = 0;  // up to which a product reads ahead
-  Array shift_, blocks_, inverses_, moved_, sums_;
-  std::vector<double> tile_sums_;
+  Array shift_, moved_, sums_;
 };
 
 }  // namespace sim

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/base/array.h"
+#include "core/base/layout.h"
 #include "core/particles/breakable.h"
-#include "core/particles/layout.h"
 #include "core/particles/springs/springs.h"
 
 namespace sim {
@@ -130,7 +130,8 @@ class NodeForce final : public Force, public Breakable {
   }
   std::vector<std::pair<std::string, long>> families() const override { return force_->families(); }
 
-  // A point of a body is represented by the first of its particles.
+  // A point of a body is represented by the first of its particles. Only ties of grids bridge
+  // others, and grids join no points.
   Breakable* breakable() override { return force_->breakable() ? this : nullptr; }
   int ties() const override { return force_->breakable()->ties(); }
   std::array<int, 2> ends(int tie) const override {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/math/sine.h"
-#include "core/particles/rigid_motion.h"
 
 namespace sim {
 Mat3 turned_by(const Vec3& turn) {

@@ -4,8 +4,8 @@
 #include <array>
 #include <memory>
 
-#include "core/particles/render_shape.h"
-#include "core/particles/rigid/rigid_shape.h"
+#include "core/geometry/render_shape.h"
+#include "core/geometry/rigid_shape.h"
 #include "core/particles/view.h"
 
 namespace sim {

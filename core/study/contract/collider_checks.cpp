@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "core/base/text.h"
+#include "core/geometry/rigid_motion.h"
 #include "core/math/elementary.h"
 #include "core/particles/collider.h"
-#include "core/particles/rigid_motion.h"
 #include "core/study/contract/examiner.h"
 
 namespace sim::study::contract {

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/base/array.h"
+#include "core/base/layout.h"
 #include "core/base/text.h"
 #include "core/particles/constraints/constraint_solver.h"
-#include "core/particles/layout.h"
 #include "core/study/contract/examiner.h"
 
 namespace sim::study::contract {

@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "core/base/text.h"
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/study/contract/examiner.h"
 #include "core/study/study.h"
 

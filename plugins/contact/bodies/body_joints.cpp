@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 
 namespace sim {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/particles/rigid/rigid_shape.h"
+#include "core/geometry/rigid_shape.h"
 
 namespace sim {
 

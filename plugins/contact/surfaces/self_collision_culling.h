@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/geometry/triangle_mesh.h"
 #include "core/math/vec3.h"
-#include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
 

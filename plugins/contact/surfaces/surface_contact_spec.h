@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/contact_law.h"
-#include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
 

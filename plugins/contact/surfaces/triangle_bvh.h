@@ -10,8 +10,8 @@
 
 #include "core/base/slot.h"
 #include "core/base/thread_pool.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/elements/torn_faces.h"
-#include "core/particles/elements/triangle_mesh.h"
 #include "time_of_impact.h"
 
 namespace sim {

@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/layout.h"
 #include "core/engine/engine.h"
-#include "core/particles/layout.h"
-#include "core/scene/snapshot.h"
 
 namespace sim::engine {
 

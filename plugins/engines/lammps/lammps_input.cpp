@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/layout.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
-#include "core/particles/layout.h"
 
 namespace sim::engine {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "core/engine/exchange.h"
+#include "core/engine/engine.h"
 
 namespace sim::engine {
 

@@ -2,7 +2,7 @@
 // compiled.
 #include <algorithm>
 
-#include "core/expression/parse.h"
+#include "core/expression/formulas.h"
 #include "parts.h"
 
 namespace {

@@ -5,11 +5,10 @@
 
 #include "core/base/array.h"
 #include "core/base/thread_pool.h"
-#include "core/particles/breakable.h"
+#include "core/geometry/incidence.h"
 #include "core/particles/bridges.h"
 #include "core/particles/elements/distances.h"
 #include "core/particles/elements/element_couplings.h"
-#include "core/particles/elements/incidence.h"
 #include "parts.h"
 
 namespace sim::expression {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/math/logarithm.h"
+#include "core/math/elementary.h"
 
 namespace sim {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/particles/elements/cells.h"
+#include "core/geometry/cells.h"
+#include "core/geometry/incidence.h"
 #include "core/particles/elements/element_couplings.h"
-#include "core/particles/elements/incidence.h"
 
 namespace sim {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/particles/force.h"
 #include "core/particles/rigid/body_points.h"
 #include "core/particles/rigid/rigid_body.h"

@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/math/elementary.h"
-#include "core/math/sine.h"
 
 namespace sim {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/particles/rigid/rigid_shape.h"
+#include "core/geometry/rigid_shape.h"
 
 namespace sim {
 

@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/math/power.h"
+#include "core/math/elementary.h"
 
 namespace sim {
 namespace {

@@ -10,9 +10,9 @@
 #include "air.h"
 #include "core/base/array.h"
 #include "core/base/thread_pool.h"
-#include "core/particles/elements/incidence.h"
-#include "core/particles/elements/triangle_mesh.h"
-#include "core/particles/force_sweep.h"
+#include "core/geometry/incidence.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/particles/force.h"
 #include "wind_law.h"
 
 namespace sim {

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "air.h"
-#include "core/particles/view.h"
+#include "core/particles/force.h"
 
 namespace sim {
 

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/finite.h"
 #include "core/base/slot.h"
-#include "core/math/power.h"
+#include "core/math/elementary.h"
 
 namespace sim {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "core/base/array.h"
 #include "core/ode/explicit/embedded_rk.h"
-#include "core/ode/explicit/step_controller.h"
 #include "core/ode/integrator.h"
 #include "esdirk_stages.h"
 #include "pair_stages.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/ode/implicit/linearised_solver.h"
+#include "core/ode/ode_system.h"
 #include "pair_stages.h"
 
 namespace sim {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/study/problem.h"
 #include "core/study/verdict/verdict.h"
 
 namespace sim::study {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
-#include "core/study/problem.h"
+#include "core/study/study.h"
 
 namespace sim::studies {
 namespace {

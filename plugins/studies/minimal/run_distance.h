@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/study/problem.h"
+#include "core/study/study.h"
 
 namespace sim::study {
 

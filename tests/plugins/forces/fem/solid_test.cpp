@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/geometry/cells.h"
 #include "core/math/logarithm.h"
 #include "core/ode/jacobian.h"
-#include "core/particles/elements/cells.h"
 #include "plugins/forces/fem/constitutive_law.h"
 #include "plugins/forces/fem/fem_forces.h"
 #include "tests/support/scenes.h"

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/particles/elements/triangle_mesh.h"
-#include "core/particles/layout.h"
+#include "core/base/layout.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/scene/simulation.h"
 #include "plugins/forces/wind/air.h"
 #include "plugins/forces/wind/wind_forces.h"

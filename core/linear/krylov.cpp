@@ -2,15 +2,11 @@
 #include <cmath>
 
 #include "core/base/assert.h"
-#include "core/particles/implicit/linear_solver.h"
-#include "core/particles/implicit/stage_equation.h"
+#include "core/linear/block_kernels.h"
+#include "core/linear/linear_solver.h"
 
 namespace sim {
 namespace {
-
-void add(Array& to, double factor, const Array& what) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * what[i];
-}
 
 // to := factor what
 void scale(Array& to, double factor, const Array& what) {
@@ -27,20 +23,18 @@ bool gets_there(double first, double now, double goal, int done, int all) {
 
 }  // namespace
 
-ConjugateGradient::ConjugateGradient(const Layout& layout, int most_iterations)
-    : most_(most_iterations),
-      r_(layout.size()),
-      z_(layout.size()),
-      p_(layout.size()),
-      ap_(layout.size()) {}
+ConjugateGradient::ConjugateGradient(BlockMatrix& matrix, int most_iterations,
+                                     std::unique_ptr<Preconditioner> better)
+    : matrix_(&matrix),
+      most_(most_iterations),
+      r_(matrix.layout().size()),
+      z_(r_.size()),
+      p_(r_.size()),
+      ap_(r_.size()),
+      better_(std::move(better)) {}
 
-ConjugateGradient::ConjugateGradient(const StageMatrix& matrix, const Particles& system,
-                                     int most_iterations)
-    : ConjugateGradient(matrix.layout(), most_iterations) {
-  multilevel_.emplace(matrix, system);
-}
-
-LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
+LinearResult ConjugateGradient::solve(const double* b, double* d, double eta) {
+  BlockMatrix& matrix = *matrix_;
   LinearResult result;
   std::copy_n(b, r_.size(), r_.data());
   std::fill_n(d, r_.size(), 0.0);
@@ -57,9 +51,9 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   while (own > goal && result.iterations < most_ && !matrix.stopped()) {
     const bool slow = result.iterations == kSoon ||
                       (result.iterations == kLook && !gets_there(first, own, goal, kLook, kSoon));
-    if (multilevel_ && !corrected && slow && multilevel_->prepare(matrix)) {
+    if (better_ && !corrected && slow && better_->prepare()) {
       corrected = true;
-      rz = multilevel_->solve(r_.data(), z_.data());
+      rz = better_->solve(r_.data(), z_.data());
       beta = 0;
     }
     const double curvature = matrix.turn_and_apply(beta, z_.data(), p_.data(), ap_.data());
@@ -69,7 +63,7 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
       return result;
     }
     own = matrix.advance(rz / curvature, p_.data(), ap_.data(), d, r_.data(), z_.data());
-    const double next = corrected ? multilevel_->solve(r_.data(), z_.data()) : own;
+    const double next = corrected ? better_->solve(r_.data(), z_.data()) : own;
     beta = next / rz;
     rz = next;
     if (corrected && !(next > 0)) {  // roundings are all there is: on with the blocks alone
@@ -83,28 +77,30 @@ LinearResult ConjugateGradient::solve(StageMatrix& matrix, const double* b, doub
   return result;
 }
 
-Gmres::Gmres(const Layout& layout, int most_iterations, std::unique_ptr<SparseLdlt> factors,
+Gmres::Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<SparseLdlt> factors,
              double stiff)
-    : most_(most_iterations),
+    : matrix_(&matrix),
+      most_(most_iterations),
       factors_(std::move(factors)),
       stiff_(stiff),
-      r_(layout.size()),
-      z_(layout.size()) {
-  for (int j = 0; j <= kRestart; ++j) basis_.emplace_back(layout.size());
+      r_(matrix.layout().size()),
+      z_(r_.size()) {
+  for (int j = 0; j <= kRestart; ++j) basis_.emplace_back(r_.size());
 }
 
-void Gmres::precondition(StageMatrix& matrix, const double* r) {
+void Gmres::precondition(const double* r) {
   if (factored_)
     factors_->divide(r, z_.data());
   else
-    matrix.precondition(r, z_.data());
+    matrix_->precondition(r, z_.data());
 }
 
-LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, double eta) {
+LinearResult Gmres::solve(const double* b, double* d, double eta) {
+  BlockMatrix& matrix = *matrix_;
   LinearResult result;
   // The factors do not include the inequality constraints that restrict A.
   const bool factors = factors_ && !matrix.restricted() && matrix.stiffness_ratio() >= stiff_;
-  factored_ = factors && factors_->prepare(matrix);
+  factored_ = factors && factors_->prepare();
   result.factorisations = factors;
   std::fill_n(d, r_.size(), 0.0);
   std::copy_n(b, r_.size(), r_.data());
@@ -120,11 +116,11 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
            !matrix.stopped()) {
       double* const h = h_[used];
       Array& next = basis_[static_cast<std::size_t>(used) + 1];
-      precondition(matrix, basis_[static_cast<std::size_t>(used)].data());
+      precondition(basis_[static_cast<std::size_t>(used)].data());
       matrix.apply(z_.data(), next.data());
       for (int i = 0; i <= used; ++i) {
         h[i] = dot(next, basis_[static_cast<std::size_t>(i)]);
-        add(next, -h[i], basis_[static_cast<std::size_t>(i)]);
+        add_scaled(next, -h[i], basis_[static_cast<std::size_t>(i)]);
       }
       const double length = std::sqrt(dot(next, next));
       if (length > 0) scale(next, 1 / length, next);
@@ -152,9 +148,9 @@ LinearResult Gmres::solve(StageMatrix& matrix, const double* b, double* d, doubl
       double y = g[j];
       for (int l = j + 1; l < used; ++l) y -= h_[l][j] * g[l];
       g[j] = y / h_[j][j];
-      add(r_, g[j], basis_[static_cast<std::size_t>(j)]);
+      add_scaled(r_, g[j], basis_[static_cast<std::size_t>(j)]);
     }
-    precondition(matrix, r_.data());
+    precondition(r_.data());
     for (std::size_t i = 0; i < z_.size(); ++i) d[i] += z_[i];
     // r := b - A d
     matrix.apply(d, z_.data());

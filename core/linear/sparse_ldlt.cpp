@@ -3,13 +3,13 @@
 #include <functional>
 
 #include "core/base/assert.h"
-#include "core/particles/implicit/linear_solver.h"
+#include "core/linear/linear_solver.h"
 
 namespace sim {
 
-SparseLdlt::SparseLdlt(const StageMatrix& matrix, ParticlePairs pairs, std::vector<int> rows)
-    : layout_(matrix.layout()), row_of_(std::move(rows)) {
-  // The elimination order was found on the graph of particles rather than of their coordinates.
+SparseLdlt::SparseLdlt(const BlockMatrix& matrix, BlockPairs pairs, std::vector<int> rows)
+    : matrix_(&matrix), row_of_(std::move(rows)) {
+  // The elimination order was found on the graph of nodes rather than of their coordinates.
   int free = 0;
   for (int& row : row_of_)
     if (row >= 0) row *= 3, ++free;
@@ -31,10 +31,10 @@ SparseLdlt::SparseLdlt(const StageMatrix& matrix, ParticlePairs pairs, std::vect
     if (const auto [low, high] = rows_of(pair); low >= 0) add_block(low, high);
   upper_.emplace(3 * free, entries);
   for (const int row : row_of_) diagonal_.push_back(row < 0 ? Target{} : target(row, row));
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) {
-    const auto [low, high] = rows_of({a, b});
-    springs_.push_back(low < 0 ? Target{} : target(low, high));
-  });
+  for (const auto& pair : matrix.fixed_pairs()) {
+    const auto [low, high] = rows_of(pair);
+    fixed_.push_back(low < 0 ? Target{} : target(low, high));
+  }
   x_.resize(3 * static_cast<std::size_t>(free));
 }
 
@@ -42,18 +42,18 @@ SparseLdlt::Target SparseLdlt::target(int low, int high) const {
   return {{upper_->entry(low, high), upper_->entry(low, high + 1), upper_->entry(low, high + 2)}};
 }
 
-void SparseLdlt::assemble(const StageMatrix& matrix) {
+void SparseLdlt::assemble() {
   const std::span<double> values = upper_->values();
   std::ranges::fill(values, 0.0);
   for (std::size_t i = 0; i < row_of_.size(); ++i) {
     if (row_of_[i] < 0) continue;
-    const Mat3 block = matrix.diagonal(static_cast<int>(i));
+    const Mat3 block = matrix_->diagonal(static_cast<int>(i));
     for (int col = 0; col < 3; ++col)
       for (int row = 0; row <= col; ++row) values[diagonal_[i].column[col] + row] = block(row, col);
   }
-  auto spring = springs_.begin();
-  const auto add_spring = [&](int a, int b, const Mat3& block) {
-    const Target& to = *spring++;
+  auto fixed = fixed_.begin();
+  const auto add_fixed = [&](int a, int b, const Mat3& block) {
+    const Target& to = *fixed++;
     if (row_of_[static_cast<std::size_t>(a)] < 0 || row_of_[static_cast<std::size_t>(b)] < 0)
       return;
     for (int col = 0; col < 3; ++col)
@@ -68,34 +68,35 @@ void SparseLdlt::assemble(const StageMatrix& matrix) {
         values[to.column[col] + row] += at < by ? block(row, col) : block(col, row);
   };
   // Passed by reference, which allocates nothing.
-  matrix.for_each_pair(std::cref(add_spring), std::cref(add_other));
-  SIM_ASSERT(spring == springs_.end());  // the springs that the pattern was made of
+  matrix_->for_each_pair(std::cref(add_fixed), std::cref(add_other));
+  SIM_ASSERT(fixed == fixed_.end());  // the pairs that the pattern was made of
 }
 
-LinearResult SparseLdlt::solve(StageMatrix& matrix, const double* b, double* d, double /*eta*/) {
+LinearResult SparseLdlt::solve(const double* b, double* d, double /*eta*/) {
   LinearResult result{.factorisations = 1};
-  result.definite = prepare(matrix);
+  result.definite = prepare();
   if (result.definite) divide(b, d);
   return result;
 }
 
-bool SparseLdlt::prepare(const StageMatrix& matrix) {
+bool SparseLdlt::prepare() {
   if (x_.empty()) return true;
-  assemble(matrix);
+  assemble();
   return upper_->factorise();
 }
 
 void SparseLdlt::divide(const double* r, double* z) {
-  std::fill_n(z, layout_.size(), 0.0);
+  const Layout& layout = matrix_->layout();
+  std::fill_n(z, layout.size(), 0.0);
   if (x_.empty()) return;
-  const auto from = layout_.axes(r);
-  const auto to = layout_.axes(z);
-  for (int i = 0; i < layout_.n(); ++i)
+  const auto from = layout.axes(r);
+  const auto to = layout.axes(z);
+  for (int i = 0; i < layout.n(); ++i)
     for (int axis = 0; axis < 3; ++axis)
       if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
         x_[row + axis] = from[axis][i];
   upper_->solve(x_);
-  for (int i = 0; i < layout_.n(); ++i)
+  for (int i = 0; i < layout.n(); ++i)
     for (int axis = 0; axis < 3; ++axis)
       if (const int row = row_of_[static_cast<std::size_t>(i)]; row >= 0)
         to[axis][i] = x_[row + axis];

@@ -1,7 +1,7 @@
-#include "core/particles/implicit/stage_matrix.h"
+#include "core/linear/block_kernels.h"
 
 #undef SIM_THIS_FILE
-#define SIM_THIS_FILE "core/particles/implicit/block_kernel.cpp"
+#define SIM_THIS_FILE "core/linear/block_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
 SIM_TARGET_BEGIN
@@ -43,7 +43,7 @@ void invert_blocks(const double* const blocks[6], const std::uint8_t* free,
   }
 }
 
-// z = inverse r at one block of particles; adds r.z.
+// z = inverse r at one block of eight nodes; adds r.z.
 SIM_INLINE void multiply_block(const double* const inverses[6], int i, Doubles x, Doubles y,
                                Doubles z, double* const out[3], Doubles& dot) {
   const Doubles xx = load(inverses[0] + i), xy = load(inverses[1] + i), xz = load(inverses[2] + i);

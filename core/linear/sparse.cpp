@@ -1,4 +1,4 @@
-#include "core/particles/implicit/sparse.h"
+#include "core/linear/sparse.h"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
@@ -79,8 +79,8 @@ void SparseSymmetric::solve(std::span<double> x) const {
   matrices_->ldlt.solve_in_place({x.data(), static_cast<Eigen::Index>(x.size())});
 }
 
-double factor_products(std::span<const int> rows, ParticlePairs pairs) {
-  // The factorisation of the graph of particles, in which every entry stands for a block.
+double factor_products(std::span<const int> rows, BlockPairs pairs) {
+  // The factorisation of the graph of nodes, in which every entry stands for a block.
   class Counts : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
                                               Eigen::NaturalOrdering<int>> {
    public:
@@ -103,7 +103,7 @@ double factor_products(std::span<const int> rows, ParticlePairs pairs) {
   return 27 * counts.squares();
 }
 
-std::vector<int> elimination_rows(std::span<const double> masses, ParticlePairs pairs) {
+std::vector<int> elimination_rows(std::span<const double> masses, BlockPairs pairs) {
   std::vector<int> rows(masses.size(), -1);
   int free = 0;
   for (std::size_t i = 0; i < masses.size(); ++i)

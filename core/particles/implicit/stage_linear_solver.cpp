@@ -1,9 +1,10 @@
-#include "core/particles/implicit/linear_solver.h"
+#include "core/particles/implicit/stage_linear_solver.h"
 
 #include <algorithm>
 #include <iterator>
 
 #include "core/base/error.h"
+#include "core/particles/implicit/multigrid.h"
 
 namespace sim {
 namespace {
@@ -16,32 +17,26 @@ constexpr double kStiff = 300;     // stiffness of A from which on factors preco
 // which everything is stiff.
 constexpr double kProductsStandingBy = 1e8, kProductsOfLongSteps = 1e11;
 
-std::vector<std::array<int, 2>> spring_pairs(const StageMatrix& matrix) {
-  std::vector<std::array<int, 2>> pairs;
-  matrix.stiffness().for_each([&](int a, int b, SpringStiffness) { pairs.push_back({a, b}); });
-  return pairs;
-}
-
 std::unique_ptr<SparseLdlt> make_factor_of_springs(const StageMatrix& matrix,
                                                    const Particles& system) {
-  const auto pairs = spring_pairs(matrix);
+  const auto pairs = matrix.fixed_pairs();
   return std::make_unique<SparseLdlt>(matrix, pairs, elimination_rows(system.masses(), pairs));
 }
 
 // Conjugate gradients, with the factorisation as a fallback if they do not converge.
 class Either final : public LinearSolver {
  public:
-  Either(const StageMatrix& matrix, const Particles& system)
-      : iterative_(matrix.layout(), kPatience), direct_(make_factor_of_springs(matrix, system)) {}
+  Either(StageMatrix& matrix, const Particles& system)
+      : iterative_(matrix, kPatience), direct_(make_factor_of_springs(matrix, system)) {}
 
-  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override {
-    const LinearResult first = iterative_.solve(matrix, b, d, eta);
+  LinearResult solve(const double* b, double* d, double eta) override {
+    const LinearResult first = iterative_.solve(b, d, eta);
     if (!first.definite || first.solved) return first;
-    LinearResult second = direct_->solve(matrix, b, d, eta);
+    LinearResult second = direct_->solve(b, d, eta);
     second.iterations = first.iterations;
     return second;
   }
-  bool prepare(const StageMatrix& matrix) override { return direct_->prepare(matrix); }
+  bool prepare() override { return direct_->prepare(); }
   void divide(const double* r, double* z) override { direct_->divide(r, z); }
 
  private:
@@ -53,37 +48,36 @@ class Either final : public LinearSolver {
 // restrict the matrix: neither multigrid nor the factors include them.
 class Restricted final : public LinearSolver {
  public:
-  Restricted(const StageMatrix& matrix, int most, std::unique_ptr<LinearSolver> whole)
-      : iterative_(matrix.layout(), most), whole_(std::move(whole)) {}
+  Restricted(BlockMatrix& matrix, int most, std::unique_ptr<LinearSolver> whole)
+      : matrix_(&matrix), iterative_(matrix, most), whole_(std::move(whole)) {}
 
-  LinearResult solve(StageMatrix& matrix, const double* b, double* d, double eta) override {
-    return matrix.restricted() ? iterative_.solve(matrix, b, d, eta)
-                               : whole_->solve(matrix, b, d, eta);
+  LinearResult solve(const double* b, double* d, double eta) override {
+    return matrix_->restricted() ? iterative_.solve(b, d, eta) : whole_->solve(b, d, eta);
   }
-  bool prepare(const StageMatrix& matrix) override {
-    return !matrix.restricted() && whole_->prepare(matrix);
-  }
+  bool prepare() override { return !matrix_->restricted() && whole_->prepare(); }
   void divide(const double* r, double* z) override { whole_->divide(r, z); }
   bool divides_cheaply() const override { return whole_->divides_cheaply(); }
 
  private:
+  const BlockMatrix* matrix_;
   ConjugateGradient iterative_;
   std::unique_ptr<LinearSolver> whole_;
 };
 
-std::unique_ptr<LinearSolver> make_unrestricted(const StageMatrix& matrix, const Particles& system,
+std::unique_ptr<LinearSolver> make_unrestricted(StageMatrix& matrix, const Particles& system,
                                                 const StageOptions& options, int most) {
   using Solver = StageOptions::Solver;
-  const Layout& layout = matrix.layout();
-  const bool small = layout.n() <= kDirectUpTo;
+  const int n = matrix.layout().n();
+  const bool small = n <= kDirectUpTo;
   if (options.solver == Solver::kDirect || (options.solver == Solver::kAuto && small))
     return make_factor_of_springs(matrix, system);
-  if (options.solver == Solver::kAuto && layout.n() <= kDirectAtAll)
+  if (options.solver == Solver::kAuto && n <= kDirectAtAll)
     return std::make_unique<Either>(matrix, system);
-  return std::make_unique<ConjugateGradient>(matrix, system, most);
+  return std::make_unique<ConjugateGradient>(matrix, most,
+                                             std::make_unique<Multigrid>(matrix, system));
 }
 
-std::unique_ptr<LinearSolver> make_unsymmetric(const StageMatrix& matrix, const Particles& system,
+std::unique_ptr<LinearSolver> make_unsymmetric(StageMatrix& matrix, const Particles& system,
                                                const StageOptions& options, int most) {
   using Solver = StageOptions::Solver;
   const bool demanded = options.solver == Solver::kDirect;
@@ -98,22 +92,21 @@ std::unique_ptr<LinearSolver> make_unsymmetric(const StageMatrix& matrix, const 
   const double affordable = options.long_steps ? kProductsOfLongSteps : kProductsStandingBy;
   std::unique_ptr<SparseLdlt> factors;
   if (pairs && options.solver != Solver::kIterative) {
-    std::ranges::copy(spring_pairs(matrix), std::back_inserter(*pairs));
+    std::ranges::copy(matrix.fixed_pairs(), std::back_inserter(*pairs));
     auto rows = elimination_rows(system.masses(), *pairs);
     if (demanded || factor_products(rows, *pairs) <= affordable)
       factors = std::make_unique<SparseLdlt>(matrix, *pairs, std::move(rows));
   }
-  return std::make_unique<Gmres>(matrix.layout(), most, std::move(factors),
+  return std::make_unique<Gmres>(matrix, most, std::move(factors),
                                  demanded || options.long_steps ? 0 : kStiff);
 }
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_linear_solver(const StageMatrix& matrix, const Particles& system,
+std::unique_ptr<LinearSolver> make_linear_solver(StageMatrix& matrix, const Particles& system,
                                                  const StageOptions& options, bool bounded) {
   // In exact arithmetic as many iterations as unknowns would do.
-  const Layout& layout = matrix.layout();
-  const int most = 100 + 6 * layout.n();
+  const int most = 100 + 6 * matrix.layout().n();
   if (!matrix.symmetric()) return make_unsymmetric(matrix, system, options, most);
   auto solver = make_unrestricted(matrix, system, options, most);
   if (!bounded) return solver;

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "core/particles/constraints/row_matrix.h"
+#include "core/linear/row_matrix.h"
 
 namespace {
 

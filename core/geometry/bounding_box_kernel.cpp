@@ -1,7 +1,7 @@
-#include "core/particles/explicit/bounding_box.h"
+#include "core/geometry/bounding_box.h"
 
 #undef SIM_THIS_FILE
-#define SIM_THIS_FILE "core/particles/explicit/bounding_box_kernel.cpp"
+#define SIM_THIS_FILE "core/geometry/bounding_box_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
 SIM_TARGET_BEGIN

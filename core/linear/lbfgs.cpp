@@ -1,18 +1,13 @@
-#include "core/particles/implicit/lbfgs.h"
+#include "core/linear/lbfgs.h"
 
 #include <algorithm>
 
-#include "core/particles/implicit/stage_equation.h"
+#include "core/linear/block_kernels.h"
 
 namespace sim {
 
 Lbfgs::Lbfgs(std::size_t size) : pairs_(kPairs) {
   for (Pair& pair : pairs_) pair.step = Array(size), pair.change = Array(size);
-}
-
-void Lbfgs::add(Array& to, double factor, const Array& what) const {
-  const Stage::Term term{factor, what.data()};
-  combine_({to.data(), {&term, 1}}, to.data(), 0, to.size());
 }
 
 void Lbfgs::learn(double length, const Array& d, const Array& before, const Array& after) {
@@ -21,9 +16,9 @@ void Lbfgs::learn(double length, const Array& d, const Array& before, const Arra
   if (!(change > -kLeast * slope)) return;
   Pair& pair = pairs_[next_];
   std::ranges::fill(pair.step.span(), 0.0);
-  add(pair.step, length, d);
+  add_scaled(pair.step, length, d);
   std::ranges::copy(after.span(), pair.change.data());
-  add(pair.change, -1, before);
+  add_scaled(pair.change, -1, before);
   pair.product = length * change;
   next_ = (next_ + 1) % kPairs;
   count_ = std::min(count_ + 1, kPairs);
@@ -33,14 +28,14 @@ void Lbfgs::first_half(Array& q) {
   for (std::size_t age = 0; age < count_; ++age) {
     Pair& pair = recent(age);
     pair.part = dot(pair.step, q) / pair.product;
-    add(q, -pair.part, pair.change);
+    add_scaled(q, -pair.part, pair.change);
   }
 }
 
 void Lbfgs::second_half(Array& d) const {
   for (std::size_t age = count_; age-- > 0;) {
     const Pair& pair = recent(age);
-    add(d, pair.part - dot(pair.change, d) / pair.product, pair.step);
+    add_scaled(d, pair.part - dot(pair.change, d) / pair.product, pair.step);
   }
 }
 

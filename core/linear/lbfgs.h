@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/base/array.h"
-#include "core/ode/ode_system.h"
 
 namespace sim {
 
@@ -32,9 +31,7 @@ class Lbfgs {
   };
   const Pair& recent(std::size_t age) const { return pairs_[(next_ + kPairs - 1 - age) % kPairs]; }
   Pair& recent(std::size_t age) { return pairs_[(next_ + kPairs - 1 - age) % kPairs]; }
-  void add(Array& to, double factor, const Array& what) const;
 
-  CombineRange combine_ = combine_range();
   std::vector<Pair> pairs_;
   std::size_t next_ = 0, count_ = 0;
 };

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/incidence.h"
 #include "core/math/vec3.h"
-#include "core/particles/elements/incidence.h"
 
 namespace sim {
 

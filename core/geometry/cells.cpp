@@ -1,4 +1,4 @@
-#include "core/particles/elements/cells.h"
+#include "core/geometry/cells.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,11 +5,12 @@
 #include <span>
 #include <vector>
 
-#include "core/particles/constraint.h"
+#include "core/linear/row_pattern.h"
+#include "core/math/vec3.h"
 
 namespace sim {
 
-// A is sparse: rows are coupled where they share a free particle. The pattern is analysed once; a
+// A is sparse: rows are coupled where they share a free node. The pattern is analysed once; a
 // chain takes time linear in its links. A = L D L^T row by row (Davis (2006), Direct Methods for
 // Sparse Linear Systems, section 4.7), in the given order or in one of little fill (Amestoy, Davis
 // & Duff (1996)).
@@ -19,7 +20,7 @@ namespace sim {
 // least-norm solution of A lambda = b, in the sense of least squares.
 class RowMatrix {
  public:
-  // weights: of each particle, 0 if pinned.
+  // weights: inverse masses of the nodes, 0 if one does not move.
   RowMatrix(const RowPattern& pattern, std::span<const double> weights);
 
   // shift: e, if rows are known to be nearly dependent; 0: if they are found to be.
@@ -32,7 +33,7 @@ class RowMatrix {
 
  private:
   struct Product {  // w_i g_a . g_b, a part of one entry of A
-    int a, b, particle;
+    int a, b, node;
   };
   struct Place {
     int column, slot;

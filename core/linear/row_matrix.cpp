@@ -1,4 +1,4 @@
-#include "core/particles/constraints/row_matrix.h"
+#include "core/linear/row_matrix.h"
 
 #include <Eigen/OrderingMethods>
 #include <algorithm>
@@ -76,16 +76,16 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
   const auto n = static_cast<std::size_t>(size_);
   SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
   SIM_ASSERT(std::ranges::all_of(weights, [](double weight) { return weight >= 0; }));
-  // The rows that act on each particle, with their entries.
-  std::vector<std::vector<std::pair<int, int>>> at_particle(weights.size());  // row, entry
+  // The rows that act on each node, with their entries.
+  std::vector<std::vector<std::pair<int, int>>> rows_at(weights.size());  // row, entry
   for (int r = 0; r < size_; ++r)
     for (int e = pattern.begin[static_cast<std::size_t>(r)];
          e < pattern.begin[static_cast<std::size_t>(r) + 1]; ++e) {
       const auto i = static_cast<std::size_t>(pattern.ids[static_cast<std::size_t>(e)]);
-      if (weights[i] > 0) at_particle[i].emplace_back(r, e);
+      if (weights[i] > 0) rows_at[i].emplace_back(r, e);
     }
   Graph columns(n);
-  for (const auto& here : at_particle)
+  for (const auto& here : rows_at)
     for (const auto& [r, e] : here)
       for (const auto& [s, f] : here)
         if (s < r) columns[static_cast<std::size_t>(r)].push_back(s);
@@ -114,10 +114,10 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
     entry_row_.push_back(k);
     entry_begin_.push_back(static_cast<int>(entry_row_.size()));
   }
-  std::vector<std::tuple<int, int, int, int>> parts;  // entry, particle, a, b
-  for (std::size_t i = 0; i < at_particle.size(); ++i)
-    for (const auto& [r, e] : at_particle[i])
-      for (const auto& [s, f] : at_particle[i]) {
+  std::vector<std::tuple<int, int, int, int>> parts;  // entry, node, a, b
+  for (std::size_t i = 0; i < rows_at.size(); ++i)
+    for (const auto& [r, e] : rows_at[i])
+      for (const auto& [s, f] : rows_at[i]) {
         const int low = place[static_cast<std::size_t>(s)],
                   high = place[static_cast<std::size_t>(r)];
         if (low > high || (r == s && f != e)) continue;
@@ -168,7 +168,7 @@ void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double
     double sum = 0;
     for (int p = product_begin_[e]; p < product_begin_[e + 1]; ++p) {
       const Product& product = products_[static_cast<std::size_t>(p)];
-      sum += weights[static_cast<std::size_t>(product.particle)] *
+      sum += weights[static_cast<std::size_t>(product.node)] *
              gradient[static_cast<std::size_t>(product.a)].dot(
                  gradient[static_cast<std::size_t>(product.b)]);
     }

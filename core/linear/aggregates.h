@@ -1,9 +1,9 @@
 // Aggregation of the nodes of a graph into aggregates of about equal size, for multigrid.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace sim {
@@ -21,7 +21,7 @@ struct Aggregates {
   std::vector<int> of;  // of each node; -1: in none
 };
 
-WeightedGraph graph_of(int nodes, std::span<const std::pair<int, int>> edges);
+WeightedGraph graph_of(int nodes, std::span<const std::array<int, 2>> edges);
 
 // Aggregates of `wanted` nodes each: an aggregate takes in the neighbour with the heaviest edges to
 // it, so that it stays round; left-over nodes join a neighbouring aggregate. In the order of the

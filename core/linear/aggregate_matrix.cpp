@@ -1,4 +1,4 @@
-#include "core/particles/implicit/aggregate_matrix.h"
+#include "core/linear/aggregate_matrix.h"
 
 #include <algorithm>
 #include <cmath>

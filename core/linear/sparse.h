@@ -1,11 +1,12 @@
 // Sparse symmetric matrices with a fixed pattern.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "core/linear/block_matrix.h"
 
 namespace sim {
 
@@ -31,14 +32,12 @@ class SparseSymmetric {
   std::unique_ptr<Matrices> matrices_;
 };
 
-// A symmetric pattern of particles: pairs are the entries off the diagonal, in 3 x 3 blocks.
-using ParticlePairs = std::span<const std::array<int, 2>>;
+// The number of products that a factorisation in 3 x 3 blocks takes; rows: those of
+// elimination_rows().
+double factor_products(std::span<const int> rows, BlockPairs pairs);
 
-// The number of products that a factorisation takes; rows: those of elimination_rows().
-double factor_products(std::span<const int> rows, ParticlePairs pairs);
-
-// The row of each particle in an order of little fill, -1 where pinned (of infinite mass).
-// Amestoy, Davis & Duff (1996), SIAM J. Matrix Anal. Appl. 17(4).
-std::vector<int> elimination_rows(std::span<const double> masses, ParticlePairs pairs);
+// The row of each node in an order of little fill, -1 where its mass is infinite. Amestoy, Davis &
+// Duff (1996), SIAM J. Matrix Anal. Appl. 17(4).
+std::vector<int> elimination_rows(std::span<const double> masses, BlockPairs pairs);
 
 }  // namespace sim

@@ -1,4 +1,4 @@
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 
 #include <algorithm>
 #include <string>

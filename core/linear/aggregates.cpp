@@ -1,4 +1,4 @@
-#include "core/particles/implicit/aggregates.h"
+#include "core/linear/aggregates.h"
 
 #include <algorithm>
 
@@ -108,7 +108,7 @@ class Gatherer {
 
 }  // namespace
 
-WeightedGraph graph_of(int nodes, std::span<const std::pair<int, int>> edges) {
+WeightedGraph graph_of(int nodes, std::span<const std::array<int, 2>> edges) {
   std::vector<Edge> both;
   both.reserve(2 * edges.size());
   for (const auto& [a, b] : edges) {

@@ -1,4 +1,4 @@
-#include "core/particles/elements/incidence.h"
+#include "core/geometry/incidence.h"
 
 #include <algorithm>
 

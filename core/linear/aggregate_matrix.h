@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/linear/aggregates.h"
+#include "core/linear/sparse.h"
 #include "core/math/vec3.h"
-#include "core/particles/implicit/aggregates.h"
-#include "core/particles/implicit/sparse.h"
 
 namespace sim {
 

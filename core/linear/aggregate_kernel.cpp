@@ -1,7 +1,7 @@
-#include "core/particles/implicit/aggregate_matrix.h"
+#include "core/linear/aggregate_matrix.h"
 
 #undef SIM_THIS_FILE
-#define SIM_THIS_FILE "core/particles/implicit/aggregate_kernel.cpp"
+#define SIM_THIS_FILE "core/linear/aggregate_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
 #include "core/simd/narrow.h"

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/triangle_mesh.h"
 #include "core/math/vec3.h"
-#include "core/particles/elements/triangle_mesh.h"
 
 namespace sim {
 

@@ -1,4 +1,4 @@
-#include "core/particles/rigid/rigid_shape.h"
+#include "core/geometry/rigid_shape.h"
 
 #include <cmath>
 #include <map>
