@@ -14,8 +14,8 @@
 #include "cli/terminal/signals.h"
 #include "cli/verbs/describe.h"
 #include "core/base/error.h"
-#include "core/base/read_file.h"
 #include "core/output/format.h"
+#include "core/output/read_file.h"
 
 namespace sim::cli {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/math/work_integral.h"
 #include "core/scene/simulation.h"
+#include "core/study/work_integral.h"
 
 namespace sim::cli {
 
@@ -29,7 +29,7 @@ class WorkLedger {
   // In J; not a number if unknown.
   double work(std::size_t index, const Simulation& system) const {
     if (system.step_count() == 0 || system.conserves_energy()) return 0;
-    WorkIntegral integral;
+    study::WorkIntegral integral;
     const std::vector<double>* const known = find(index, system);
     return known && integral.recall(*known) ? integral.value() : std::nan("");
   }

@@ -12,7 +12,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/base/temporary.h"
+#include "core/engine/temporary.h"
 
 namespace sim::engine {
 namespace {

@@ -10,9 +10,9 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/output.h"
+#include "core/output/read_file.h"
 #include "core/report/study_words.h"
 #include "core/study/run/run_length.h"
 #include "core/study/verdict/sampling_schedule.h"

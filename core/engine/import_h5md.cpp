@@ -10,9 +10,9 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/base/read_file.h"
-#include "core/base/temporary.h"
+#include "core/engine/temporary.h"
 #include "core/output/process.h"
+#include "core/output/read_file.h"
 
 namespace sim::engine {
 namespace {

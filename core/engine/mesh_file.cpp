@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/base/read_file.h"
 #include "core/base/text.h"
+#include "core/output/read_file.h"
 #include "core/output/writer.h"
 
 namespace sim::engine {

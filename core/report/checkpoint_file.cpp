@@ -6,9 +6,9 @@
 
 #include "core/base/error.h"
 #include "core/base/finite.h"
-#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/output/read_file.h"
 #include "core/plugin/plugin.h"
 #include "core/report/study_words.h"
 #include "core/simd/simd_targets.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/base/error.h"
-#include "core/base/read_file.h"
 #include "core/base/text.h"
+#include "core/output/read_file.h"
 #include "core/report/summary.h"
 #include "core/study/method_text.h"
 

@@ -5,11 +5,11 @@
 
 #include "core/base/error.h"
 #include "core/base/md5.h"
-#include "core/base/read_file.h"
 #include "core/output/format.h"
 #include "core/output/output.h"
 #include "core/output/page/markup.h"
 #include "core/output/page/page.h"
+#include "core/output/read_file.h"
 
 namespace sim::report {
 namespace {

@@ -6,9 +6,9 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/output/read_file.h"
 
 namespace sim::report {
 namespace {

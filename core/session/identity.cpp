@@ -7,7 +7,7 @@
 #include "core/particles/collider.h"
 #include "core/particles/constraint.h"
 #include "core/particles/rigid/rigid_body.h"
-#include "core/scene/spec_fields.h"
+#include "core/session/spec_fields.h"
 
 namespace sim {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/digest.h"
 #include "core/scene/scene_spec.h"
+#include "core/session/digest.h"
 
 namespace sim {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/math/work_integral.h"
 #include "core/study/problem.h"
+#include "core/study/work_integral.h"
 
 namespace sim::study {
 

@@ -12,8 +12,8 @@
 #include "core/particles/collider.h"
 #include "core/particles/constraint.h"
 #include "core/particles/rigid/rigid_body.h"
-#include "core/scene/spec_fields.h"
 #include "core/session/checkpoint.h"
+#include "core/session/spec_fields.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

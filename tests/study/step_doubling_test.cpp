@@ -384,15 +384,15 @@ TEST_CASE("what cannot be verified is not called verified") {
 
 // P = t^3 is integrated exactly by the cubic through four looks, wherever they are.
 TEST_CASE("work is integrated by cubics") {
-  sim::WorkIntegral work;
+  sim::study::WorkIntegral work;
   for (const double t : {0.0, 0.3, 0.4, 1.1, 1.2, 1.9, 2.0}) work.look(t, t * t * t);
   CHECK(work.value() == Approx(4).epsilon(1e-14));
   CHECK(work.with(3, 27) == Approx(81.0 / 4).epsilon(1e-14));
   CHECK(work.uncertainty() > 0);
-  CHECK(std::isinf(sim::WorkIntegral().uncertainty()));
+  CHECK(std::isinf(sim::study::WorkIntegral().uncertainty()));
   // The uncertainty is the error of parabolas: on t^3 a quarter of h^4 a piece from the fourth
   // look.
-  sim::WorkIntegral even;
+  sim::study::WorkIntegral even;
   for (int k = 0; k <= 10; ++k) even.look(k, double(k) * k * k);
   CHECK(even.uncertainty() == Approx(2 * 8 * 0.25).epsilon(1e-12));
 }

@@ -180,7 +180,7 @@ TEST_CASE("what is unknown of the work of drag counts as an error of the energy"
   sim::Simulation simulation(falling, registry, {.integrator = "rk4", .dt = 0.1});
   sim::study::Monitor monitor(falling, simulation, 30, &registry);
   sim::study::EnergyBalance balance(simulation);
-  sim::WorkIntegral work;
+  sim::study::WorkIntegral work;
   const auto look = [&] {  // power = c v^2
     work.look(simulation.t(), 1.5 * simulation.velocity(0).squaredNorm());
   };

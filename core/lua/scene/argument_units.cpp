@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/dimension.h"
 #include "core/base/error.h"
+#include "core/lua/dimension.h"
 #include "core/lua/lua_keywords.h"
 
 namespace sim {

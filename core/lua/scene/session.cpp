@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/base/read_file.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/lua/library/library.h"
 #include "core/lua/lua_read.h"
 #include "core/lua/scene/argument_units.h"
 #include "core/lua/scene/sandbox.h"
+#include "core/output/read_file.h"
 
 namespace sim {
 namespace {

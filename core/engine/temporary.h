@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-namespace sim {
+namespace sim::engine {
 
 // $TMPDIR, or else /tmp. Throws Error{kIo} where that is no folder.
 std::filesystem::path temporary_folder();
 
-}  // namespace sim
+}  // namespace sim::engine

@@ -1,4 +1,4 @@
-#include "core/base/read_file.h"
+#include "core/output/read_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

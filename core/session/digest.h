@@ -11,8 +11,8 @@
 #include <utility>
 #include <variant>
 
-#include "core/base/fields.h"
 #include "core/base/hash.h"
+#include "core/session/fields.h"
 
 namespace sim {
 

@@ -1,5 +1,5 @@
 // Names of fields by their digests, and what other code throws.
-#include "core/base/fields.h"
+#include "core/session/fields.h"
 
 #include <catch2/catch.hpp>
 #include <new>

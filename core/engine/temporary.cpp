@@ -1,11 +1,11 @@
-#include "core/base/temporary.h"
+#include "core/engine/temporary.h"
 
 #include <cstdlib>
 #include <string>
 
 #include "core/base/error.h"
 
-namespace sim {
+namespace sim::engine {
 
 std::filesystem::path temporary_folder() {
   std::error_code failed;
@@ -17,4 +17,4 @@ std::filesystem::path temporary_folder() {
                failed.message(), "set TMPDIR to a folder that you may write to"});
 }
 
-}  // namespace sim
+}  // namespace sim::engine

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace sim {
+namespace sim::study {
 
 // The integral of a power given at looks t_0 < t_1 < ..., W to the last of them. The piece between
 // two looks is that of the cubic through the last four; its uncertainty is the sum of what the
@@ -37,4 +37,4 @@ class WorkIntegral {
   double doubt_ = 0;  // J
 };
 
-}  // namespace sim
+}  // namespace sim::study

@@ -1,5 +1,5 @@
 // Units as documents write them.
-#include "core/base/dimension.h"
+#include "core/lua/dimension.h"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -2,8 +2,8 @@
 // location, its look, and those that a run chooses and a checkpoint stores separately.
 #pragma once
 
-#include "core/base/fields.h"
 #include "core/scene/scene_spec.h"
+#include "core/session/fields.h"
 
 namespace sim {
 

@@ -1,5 +1,5 @@
 // Whole files as text: what is not whole is an error.
-#include "core/base/read_file.h"
+#include "core/output/read_file.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "core/base/dimension.h"
+#include "core/lua/dimension.h"
 
 #include <cctype>
 #include <cmath>

@@ -1,9 +1,9 @@
-#include "core/math/work_integral.h"
+#include "core/study/work_integral.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace sim {
+namespace sim::study {
 namespace {
 
 // The polynomial through the nodes at `at` (Neville 1934).
@@ -88,4 +88,4 @@ bool WorkIntegral::recall(std::span<const double> memory) {
   return true;
 }
 
-}  // namespace sim
+}  // namespace sim::study

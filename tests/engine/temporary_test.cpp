@@ -1,4 +1,4 @@
-#include "core/base/temporary.h"
+#include "core/engine/temporary.h"
 
 #include <catch2/catch.hpp>
 
@@ -34,10 +34,10 @@ class Restored {
 TEST_CASE("a folder for temporary files that does not exist is named", "[base]") {
   const Restored restored;
   ::setenv("TMPDIR", "/", 1);
-  CHECK(temporary_folder() == "/");
+  CHECK(engine::temporary_folder() == "/");
   ::setenv("TMPDIR", "/nowhere at all", 1);
   try {
-    temporary_folder();
+    engine::temporary_folder();
     FAIL("no error");
   } catch (const Error& error) {
     CHECK(error.kind() == ErrorKind::kIo);
