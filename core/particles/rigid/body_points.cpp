@@ -60,12 +60,45 @@ class NodeView {
   std::vector<double> mass_;
 };
 
+// A force or a constraint between nodes, and its ties: those of grids alone bridge others, and
+// grids join no points of bodies.
+template <class Part>
+class PartOnNodes : public Part, public Breakable {
+ public:
+  Breakable* breakable() override { return part_->breakable() ? this : nullptr; }
+  int ties() const override { return part_->breakable()->ties(); }
+  // A point of a body is represented by the first of its particles.
+  std::array<int, 2> ends(int tie) const override {
+    std::array<int, 2> ends = part_->breakable()->ends(tie);
+    for (int& end : ends) end = seen_.nodes()[static_cast<std::size_t>(end)].ids[0];
+    return ends;
+  }
+  double energy(const ParticleView& view, int tie) const override {
+    return part_->breakable()->energy(seen_.look(view), tie);
+  }
+  void find_overloaded(const ParticleView& view, std::span<const double> multipliers,
+                       std::vector<int>& ties) const override {
+    part_->breakable()->find_overloaded(seen_.look(view), multipliers, ties);
+  }
+  void set_broken(std::span<const int> ties) override {
+    part_->breakable()->set_broken(ties);
+    list();
+  }
+
+ protected:
+  PartOnNodes(std::unique_ptr<Part> part, std::vector<JointNode> nodes)
+      : part_(std::move(part)), seen_(std::move(nodes)) {}
+  virtual void list() = 0;  // reads what is whole of it
+
+  std::unique_ptr<Part> part_;
+  mutable NodeView seen_;  // constraints, and ties that may break, are asked for on one thread
+};
+
 // A force between nodes: evaluated as a whole on one thread before the tiles, and then distributed.
-class NodeForce final : public Force, public Breakable {
+class NodeForce final : public PartOnNodes<Force> {
  public:
   NodeForce(std::unique_ptr<Force> force, std::vector<JointNode> nodes)
-      : force_(std::move(force)),
-        seen_(std::move(nodes)),
+      : PartOnNodes(std::move(force), std::move(nodes)),
         layout_(seen_.size(), 3),
         sums_(layout_.size()) {
     for (int k = 0; k < seen_.size(); ++k) {
@@ -77,9 +110,9 @@ class NodeForce final : public Force, public Breakable {
   }
 
   void bind(const ParticleView& initial) override {
-    force_->bind(seen_.look(initial));
-    list_springs();
-    gathers_ = force_->accumulates();
+    part_->bind(seen_.look(initial));
+    list();
+    gathers_ = part_->accumulates();
   }
 
   void prepare(const ParticleView& view, ThreadPool& pool) override {
@@ -87,74 +120,53 @@ class NodeForce final : public Force, public Breakable {
     std::ranges::fill(sums_.span(), 0.0);
     const ForceSink sink = sink_of(sums_);
     for (const Spring& s : springs_) {
-      const Vec3 force = spring_force(force_->springs()->sense(),
+      const Vec3 force = spring_force(part_->springs()->sense(),
                                       now_.position(s.a) - now_.position(s.b), s.k, s.rest);
       sink.add(s.a, force);
       sink.add(s.b, -force);
     }
-    force_->prepare(now_, pool);
-    if (gathers_) force_->accumulate(now_, all(), sink);
+    part_->prepare(now_, pool);
+    if (gathers_) part_->accumulate(now_, all(), sink);
   }
 
   void accumulate(const ParticleView&, Tile tile, ForceSink sink) const override {
     hand_out(sums_, tile, sink);
   }
-  bool depends_on_velocity() const override { return gathers_ && force_->depends_on_velocity(); }
+  bool depends_on_velocity() const override { return gathers_ && part_->depends_on_velocity(); }
 
-  int internal_size() const override { return force_->internal_size(); }
-  void start(std::span<double> memory) const override { force_->start(memory); }
+  int internal_size() const override { return part_->internal_size(); }
+  void start(std::span<double> memory) const override { part_->start(memory); }
   void derive(const ParticleView& view, std::span<double> rate) const override {
     ParticleView own = now_;
     own.t = view.t, own.internal = view.internal;
-    force_->derive(force_->internal_depends_on_particles() ? own : view, rate);
+    part_->derive(part_->internal_depends_on_particles() ? own : view, rate);
   }
   bool internal_depends_on_particles() const override {
-    return force_->internal_depends_on_particles();
+    return part_->internal_depends_on_particles();
   }
 
   double potential(const ParticleView&, Tile tile) const override {
-    return tile.begin == 0 ? force_->potential(now_, all()) : 0;
+    return tile.begin == 0 ? part_->potential(now_, all()) : 0;
   }
-  bool conservative() const override { return !has_dissipative_part() && force_->conservative(); }
+  bool conservative() const override { return !has_dissipative_part() && part_->conservative(); }
   bool has_dissipative_part() const override {
-    return gathers_ && (force_->springs() != nullptr || force_->has_dissipative_part());
+    return gathers_ && (part_->springs() != nullptr || part_->has_dissipative_part());
   }
   // Called rarely. All that a spring accumulates is its damping.
   void dissipative_part(const ParticleView&, Tile tile, ForceSink sink) const override {
     Array friction(layout_.size());
-    if (force_->springs())
-      force_->accumulate(now_, all(), sink_of(friction));
+    if (part_->springs())
+      part_->accumulate(now_, all(), sink_of(friction));
     else
-      force_->dissipative_part(now_, all(), sink_of(friction));
+      part_->dissipative_part(now_, all(), sink_of(friction));
     hand_out(friction, tile, sink);
   }
-  std::vector<std::pair<std::string, long>> families() const override { return force_->families(); }
-
-  // A point of a body is represented by the first of its particles. Only ties of grids bridge
-  // others, and grids join no points.
-  Breakable* breakable() override { return force_->breakable() ? this : nullptr; }
-  int ties() const override { return force_->breakable()->ties(); }
-  std::array<int, 2> ends(int tie) const override {
-    std::array<int, 2> ends = force_->breakable()->ends(tie);
-    for (int& end : ends) end = seen_.nodes()[static_cast<std::size_t>(end)].ids[0];
-    return ends;
-  }
-  double energy(const ParticleView& view, int tie) const override {
-    return force_->breakable()->energy(seen_.look(view), tie);
-  }
-  void find_overloaded(const ParticleView& view, std::span<const double> multipliers,
-                       std::vector<int>& ties) const override {
-    force_->breakable()->find_overloaded(seen_.look(view), multipliers, ties);
-  }
-  void set_broken(std::span<const int> ties) override {
-    force_->breakable()->set_broken(ties);
-    list_springs();
-  }
+  std::vector<std::pair<std::string, long>> families() const override { return part_->families(); }
 
  private:
-  void list_springs() {
+  void list() override {
     springs_.clear();
-    const Springs* const springs = force_->springs();
+    const Springs* const springs = part_->springs();
     if (!springs) return;
     springs->for_each([&](int a, int b, double k, double rest) {
       springs_.push_back({a, b, k, rest});
@@ -184,8 +196,6 @@ class NodeForce final : public Force, public Breakable {
                                                      axes[2][share->node]));
   }
 
-  std::unique_ptr<Force> force_;
-  mutable NodeView seen_;  // ties that may break are asked for on one thread
   ParticleView now_;
   Layout layout_;
   Array sums_;
@@ -194,58 +204,38 @@ class NodeForce final : public Force, public Breakable {
   bool gathers_ = true;
 };
 
-class NodeConstraint final : public Constraint, public Breakable {
+class NodeConstraint final : public PartOnNodes<Constraint> {
  public:
   NodeConstraint(std::unique_ptr<Constraint> constraint, std::vector<JointNode> nodes)
-      : constraint_(std::move(constraint)), seen_(std::move(nodes)) {}
+      : PartOnNodes(std::move(constraint), std::move(nodes)) {}
 
   void bind(const ParticleView& initial) override {
-    constraint_->bind(seen_.look(initial));
-    list_rows();
+    part_->bind(seen_.look(initial));
+    list();
   }
 
   RowPattern pattern() const override { return pattern_; }
 
   void evaluate(const ParticleView& view, const Rows& rows) const override {
-    constraint_->evaluate(seen_.look(view), {rows.phi, gradient_.data(), rows.drive, rows.bias});
+    part_->evaluate(seen_.look(view), {rows.phi, gradient_.data(), rows.drive, rows.bias});
     std::fill_n(rows.gradient, pattern_.ids.size(), Vec3());
     for (const Share& share : shares_)
       rows.gradient[at(share.slot)] += share.weight * gradient_[at(share.entry)];
   }
 
-  bool moves() const override { return constraint_->moves(); }
-  int internal_size() const override { return constraint_->internal_size(); }
-  void start(std::span<double> memory) const override { constraint_->start(memory); }
+  bool moves() const override { return part_->moves(); }
+  int internal_size() const override { return part_->internal_size(); }
+  void start(std::span<double> memory) const override { part_->start(memory); }
   void follow(const ParticleView& view, std::span<double> memory) const override {
-    constraint_->follow(seen_.look(view), memory);
+    part_->follow(seen_.look(view), memory);
   }
-  std::string name(int row) const override { return constraint_->name(row) + " of its points"; }
-  std::string complaint() const override { return constraint_->complaint(); }
-  std::string note() const override { return constraint_->note(); }
-
-  // A point of a body goes by the first of its particles.
-  Breakable* breakable() override { return constraint_->breakable() ? this : nullptr; }
-  int ties() const override { return constraint_->breakable()->ties(); }
-  std::array<int, 2> ends(int tie) const override {
-    std::array<int, 2> ends = constraint_->breakable()->ends(tie);
-    for (int& end : ends) end = seen_.nodes()[at(end)].ids[0];
-    return ends;
-  }
-  double energy(const ParticleView& view, int tie) const override {
-    return constraint_->breakable()->energy(seen_.look(view), tie);
-  }
-  void find_overloaded(const ParticleView& view, std::span<const double> multipliers,
-                       std::vector<int>& ties) const override {
-    constraint_->breakable()->find_overloaded(seen_.look(view), multipliers, ties);
-  }
-  void set_broken(std::span<const int> ties) override {
-    constraint_->breakable()->set_broken(ties);
-    list_rows();
-  }
+  std::string name(int row) const override { return part_->name(row) + " of its points"; }
+  std::string complaint() const override { return part_->complaint(); }
+  std::string note() const override { return part_->note(); }
 
  private:
-  void list_rows() {
-    own_ = constraint_->pattern();
+  void list() override {
+    own_ = part_->pattern();
     pattern_ = {};
     shares_.clear();
     gradient_.resize(own_.ids.size());
@@ -272,8 +262,6 @@ class NodeConstraint final : public Constraint, public Breakable {
   };
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-  std::unique_ptr<Constraint> constraint_;
-  mutable NodeView seen_;  // constraints are asked on one thread
   mutable std::vector<Vec3> gradient_;
   RowPattern own_, pattern_;
   std::vector<Share> shares_;
