@@ -1,5 +1,5 @@
 // Numbers that alternate, taken apart and put together, compared with plain loops.
-#include "core/fields/lattice.h"
+#include "plugins/fields/formula/lattice.h"
 #include "tests/support/kernel_cases.h"
 
 using namespace sim_test;

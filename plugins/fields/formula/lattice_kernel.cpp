@@ -1,7 +1,7 @@
-#include "core/fields/lattice.h"
+#include "lattice.h"
 
 #undef SIM_THIS_FILE
-#define SIM_THIS_FILE "core/fields/lattice_kernel.cpp"
+#define SIM_THIS_FILE "lattice_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
 SIM_TARGET_BEGIN

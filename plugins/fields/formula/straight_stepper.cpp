@@ -1,10 +1,10 @@
-#include "plugins/fields/straight_stepper.h"
+#include "straight_stepper.h"
 
 #include <algorithm>
 #include <limits>
 
 #include "core/base/finite.h"
-#include "plugins/fields/ensemble.h"
+#include "ensemble.h"
 
 namespace sim {
 namespace {

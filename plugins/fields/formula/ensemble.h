@@ -8,7 +8,7 @@
 
 #include "core/expression/program.h"
 #include "core/ode/ode_system.h"
-#include "plugins/fields/straight_stepper.h"
+#include "straight_stepper.h"
 
 namespace sim {
 

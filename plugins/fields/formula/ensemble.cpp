@@ -1,4 +1,4 @@
-#include "plugins/fields/ensemble.h"
+#include "ensemble.h"
 
 #include <algorithm>
 #include <cstring>

@@ -8,11 +8,11 @@
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/expression/formulas.h"
-#include "core/fields/lattice.h"
 #include "core/fields/pair_field.h"
 #include "core/plugin/plugin.h"
-#include "plugins/fields/ensemble.h"
-#include "plugins/fields/straight_stepper.h"
+#include "ensemble.h"
+#include "lattice.h"
+#include "straight_stepper.h"
 
 namespace {
 

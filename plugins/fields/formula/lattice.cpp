@@ -1,4 +1,4 @@
-#include "core/fields/lattice.h"
+#include "lattice.h"
 
 #include <algorithm>
 #include <utility>
