@@ -46,7 +46,8 @@ sim::SystemSpec load_cloth(int n, sim::Registry& registry) {
 sim::SystemSpec load_gas(int n, sim::Registry& registry) {
   sim::SceneOptions options;
   options.search_path = {SIM_BENCH_SCRIPTS};
-  options.settings = {{"n", std::to_string(n)}, {"smooth", "energy"}};
+  options.settings = {
+      {"n", std::to_string(n)}, {"spacing", "1.0772173450159419"}, {"smooth", "energy"}};
   sim::SystemSpec spec = sim::load_scene("scenes/gas.lua", registry, options).systems.front();
   spec.forces.front().given.insert({{"cutoff", 2.5}, {"skin", 0.3}});
   return spec;
