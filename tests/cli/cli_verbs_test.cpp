@@ -222,6 +222,11 @@ TEST_CASE("every plugin and scene describes itself") {
       }
       CHECK(!facts.at("summary").text.empty());
       CHECK(!facts.at("formula").text.empty());
+      if (facts.has("order")) {  // auto has none of its own
+        const int order = static_cast<int>(facts.at("order").number);
+        CHECK((text.out.find(", order " + std::to_string(order)) != std::string::npos) ==
+              (order > 0));
+      }
       for (const Json& param : facts.at("params").list) CHECK(!param.at("doc").text.empty());
     }
 }
@@ -241,6 +246,26 @@ TEST_CASE("describe knows orders, aliases and the parameters of a scene") {
   CHECK(cloth.at("args").list[0].at("default").text == "8");
   CHECK(cloth.at("args").list[0].at("value").text == "5");
   CHECK(cloth.at("systems").list[0].at("particles").number == 25);
+  // A list of numbers has components, and neither particles nor springs.
+  const TemporaryFolder folder;
+  const std::string flat = (folder.path() / "flat.lua").string();
+  write_text(flat,
+             "local sim = require 'sim'\nreturn sim.scene { name = 'f', state = { 1, 0, 5 },\n"
+             "  field = sim.field.lua { function(t, x) return { x[2], -x[1], 0 } end },\n"
+             "  integrator = 'rk4', dt = 0.1, duration = 1.5 }\n");
+  const Json list = read_json(run_sim({"describe", flat, "--json"}).out).at("systems").list.at(0);
+  CHECK(list.keys == std::vector<std::string>{"name", "order_of_state", "components", "switches",
+                                              "integrator", "dt", "duration"});
+  CHECK(list.at("order_of_state").number == 1);
+  CHECK(list.at("components").number == 3);
+  CHECK((list.at("dt").number == 0.1 && list.at("duration").number == 1.5));
+  const Json net = cloth.at("systems").list[0];
+  CHECK(net.keys == std::vector<std::string>{"name", "order_of_state", "particles", "pinned",
+                                             "springs", "switches", "integrator", "dt",
+                                             "duration"});
+  CHECK((net.at("order_of_state").number == 2 && net.at("pinned").number == 2));
+  // Structural 2 n (n - 1), shear 2 (n - 1)^2, flex 2 n (n - 2).
+  CHECK(net.at("springs").number == 40 + 32 + 30);
   const Outcome text = run_sim({"describe", "scenes/cloth.lua", "--set", "n=5"});
   CHECK(text.out.find("  n           8        5      particles a side\n") != std::string::npos);
 }

@@ -5,7 +5,9 @@
 #include <regex>
 #include <set>
 
+#include "core/plugin/registry.h"
 #include "tests/cli/program.h"
+#include "tests/support/scenes.h"
 #include "tests/support/temporary.h"
 
 using namespace sim_test;
@@ -161,6 +163,31 @@ TEST_CASE("every function of the scene language has its types") {
   CHECK(types.classes.at("sim.force.spring").exact);
   CHECK(types.classes.at("sim.force.expression").numbers);
   CHECK(types.classes.at("sim.SceneOptions").fields.at("bodies") == "sim.Rigid[]");
+}
+
+// "meaning, in unit, default value", of which unit and value may be missing.
+TEST_CASE("types say what each parameter means, its unit and its default") {
+  const Types types = read_types(annotations());
+  sim::Registry registry = make_registry();
+  std::size_t params = 0, without = 0;
+  for (const sim::PluginKind& kind : sim::kPluginKinds)
+    for (const std::string& name : registry.names(kind)) {
+      if (!kind.in_scenes) continue;
+      const std::string title = "sim." + std::string(kind.name) + "." + name;
+      REQUIRE(types.classes.count(title) == 1);
+      for (const sim::Param& param : registry.get(kind, name).params) {
+        INFO(title << ", " << param.name);
+        const std::string value = sim::to_text(param.default_value);
+        const std::string words = param.doc + (param.unit.empty() ? "" : ", in " + param.unit) +
+                                  (value.empty() ? "" : ", default " + value);
+        const std::string& field = types.classes.at(title).fields.at(param.name);
+        CHECK(field.substr(field.size() - std::min(field.size(), words.size() + 1)) == " " + words);
+        ++params;
+        without += value.empty();
+      }
+    }
+  CHECK(params > 150);
+  CHECK((without > 20 && without < params - 20));
 }
 
 TEST_CASE("scenes write what the types know") {
