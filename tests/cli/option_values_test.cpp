@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "cli/command_line/view_options.h"
 #include "core/base/error.h"
 
 using namespace sim;
@@ -148,4 +149,37 @@ TEST_CASE("words of the command line are turned, and bare tables go to standard 
   CHECK(show_progress("off") == ShowProgress::kOff);
   CHECK(show_progress("auto") == ShowProgress::kAuto);
   CHECK_THROWS_WITH(show_progress("yes"), Contains("'yes'"));
+}
+
+TEST_CASE("six methods fit side by side on the page, one is that of the scene") {
+  const Words all{"verlet", "rk4", "euler", "rk3", "pefrl:precision=single", "midpoint", "dopri5"};
+  const auto with = [&](std::size_t count, const ViewTexts& texts = {}) {
+    return view_request(texts, {}, Words(all.begin(), all.begin() + std::ptrdiff_t(count)));
+  };
+  CHECK((with(0).compare.empty() && with(0).scene.integrator.name.empty()));
+  CHECK((with(1).compare.empty() && with(1).scene.integrator.name == "verlet"));
+  for (const std::size_t count : {2u, 5u, 6u}) {
+    const ViewRequest request = with(count);
+    REQUIRE(request.compare.size() == count);
+    for (std::size_t k = 0; k < count; ++k)
+      CHECK(request.compare[k].name == all[k].substr(0, all[k].find(':')));
+    CHECK(request.scene.integrator.name.empty());
+  }
+  CHECK_THROWS_WITH(with(7), "too many panels: --integrator: six fit side by side; leave some out");
+  ViewTexts recorded, window, terminal, both, closed, port;
+  recorded.record = "a.rec";
+  window.window = both.window = terminal.terminal = both.terminal = closed.no_open = true;
+  CHECK(with(1, recorded).record == "a.rec");
+  CHECK_THROWS_WITH(with(2, recorded), Contains("a recording is of a scene, not of a comparison"));
+  CHECK_THROWS_WITH(with(1, both),
+                    "two places to look: --window --terminal: it is seen in one; leave out one");
+  CHECK((with(1, window).window && !with(1, terminal).window));
+  CHECK((with(1, terminal).terminal && !with(1, window).terminal));
+  CHECK((with(1).open && !with(1, closed).open));
+  for (const char* const bad : {"0", "65536", "x"}) {
+    port.port = bad;
+    CHECK_THROWS(with(1, port));
+  }
+  port.port = "65535";
+  CHECK(with(1, port).port == 65535);
 }
