@@ -82,3 +82,31 @@ TEST_CASE("a frame of a live page has the positions of all systems, and values w
     if (measured == "error") CHECK(most >= 2.25);
   }
 }
+
+// The scale begins with its values, grows at once, and shrinks where less than a fifth is used.
+TEST_CASE("the scale of values of a live page is that of its frames, and steady", "[output]") {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SystemSpec spec = sim_test::make_cloth(3);
+  sim::Simulation system(spec, registry);
+  const std::vector<sim::Model> models{sim::make_model(spec, system)};
+  sim::Moment moment{sim::take_frame(system)};
+  sim::LivePage page({.models = models, .preview = {&moment, 1}}, false);
+  const auto most = [&](double largest) {
+    moment[0].values.assign(9, 0.5 * largest);
+    moment[0].values[4] = largest;
+    sim::ViewState state;
+    state.measured = "error";
+    const std::string bytes = page.frame(moment, state);
+    const std::string words = bytes.substr(4, number_at<std::uint32_t>(bytes, 0));
+    return sim_test::JsonReader(words).read().at("values").at("most").number;
+  };
+  CHECK(most(0.3) == Approx(0.3));
+  CHECK(most(0.29) == Approx(0.3));
+  CHECK(most(0.061) == Approx(0.3));  // rounded up to 0.1
+  CHECK(most(0.05) == Approx(0.05));
+  CHECK(most(0.012) == Approx(0.05));
+  CHECK(most(0.5) == Approx(0.5));
+  CHECK(most(0.2) == Approx(0.5));
+  page.frame(moment, {});  // without values
+  CHECK(most(0.2) == Approx(0.2));
+}
