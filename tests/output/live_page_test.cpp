@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "tests/cli/json_check.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -109,4 +110,30 @@ TEST_CASE("the scale of values of a live page is that of its frames, and steady"
   CHECK(most(0.2) == Approx(0.5));
   page.frame(moment, {});  // without values
   CHECK(most(0.2) == Approx(0.2));
+}
+
+TEST_CASE("a live page tells bodies from other solids", "[output]") {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SystemSpec spec =
+      sim::test::load_text(
+          "local p = sim.particles { mass = 1 }\np:add {0, 3, 0}\n"
+          "return sim.scene { particles = p, integrator = 'verlet', dt = 0.01, duration = 1,\n"
+          "  forces = { sim.force.gravity {} }, colliders = { sim.collider.sphere { center = "
+          "{4, 0, 0}, radius = 1 } },\n"
+          "  bodies = { sim.rigid { shape = sim.sphere { radius = 0.5 }, mass = 2 } } }")
+          .systems[0];
+  sim::Simulation system(spec, registry);
+  const std::vector<sim::Model> models{sim::make_model(spec, system)};
+  const sim::Moment moment{sim::take_frame(system)};
+  const std::string html =
+      sim::LivePage({.models = models, .preview = {&moment, 1}}, false).html("/socket", "n");
+  std::vector<std::string> bodies;  // whether each sphere is one
+  for (auto at = html.find("\"form\":\"sphere\""); at != std::string::npos;
+       at = html.find("\"form\":\"sphere\"", at + 1)) {
+    const std::string solid = html.substr(at, html.find('}', at) - at);
+    bodies.push_back(solid.find("\"body\":1") != std::string::npos ? "body" : "collider");
+    CHECK(solid.find("\"1\":") == std::string::npos);
+  }
+  std::ranges::sort(bodies);
+  CHECK(bodies == std::vector<std::string>{"body", "collider"});
 }

@@ -367,6 +367,16 @@ TEST_CASE("wrong looks are refused with a reason") {
   CHECK(refused([&] { sim::read_camera("fov=200", look); }).find("150") != std::string::npos);
   CHECK(refused([&] { sim::read_camera("eye=1,1,1 at=1,1,1", look); }).find("one point") !=
         std::string::npos);
+  CHECK(refused([&] { sim::read_camera("up=0,0,0", look); }).find("no length") !=
+        std::string::npos);
+  CHECK(refused([&] { sim::read_camera(" ", look); }).find("it says nothing") != std::string::npos);
+  for (const char* const fov : {"fov=0.9", "fov=151", "fov=x"})
+    CHECK(refused([&] { sim::read_camera(fov, look); }).find("1 to 150") != std::string::npos);
+  for (const char* const right : {"fov=1", "fov=150", "up=0,-2,0", "eye=1,1,1 at=1,1,2 up=1,0,0"})
+    CHECK(refused([&, fresh = Look()]() mutable { sim::read_camera(right, fresh); }).empty());
+  Look fresh;
+  sim::read_camera("eye=1,1,1 at=1,1,2 up=1,0,0 fov=150", fresh);
+  CHECK((fresh.fov == 150 && *fresh.up == sim::Vec3(1, 0, 0) && *fresh.at == sim::Vec3(1, 1, 2)));
   CHECK(refused([&] { sim::read_colour("stran", look); }).find("strain") != std::string::npos);
   CHECK(refused([&] { sim::read_colour("strain:-1", look); }).find("> 0") != std::string::npos);
   CHECK_FALSE(refused([&] { sim::read_size("1000000x1000000", look); }).empty());

@@ -1,10 +1,14 @@
 // Wind on triangles and particles, and the breeze in it.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 
 #include "core/base/layout.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/particles/particle_system.h"
 #include "core/scene/simulation.h"
+#include "core/study/problem.h"
 #include "plugins/forces/wind/air.h"
 #include "plugins/forces/wind/wind_forces.h"
 #include "tests/lua/scene_text.h"
@@ -276,6 +280,109 @@ TEST_CASE("wind on particles is a drag towards the air", "[wind]") {
   CHECK(simulation.position(0).x() == Approx(0.6391839582758005).epsilon(1e-9));
   CHECK(simulation.position(0).y() == Approx(-4.180263087123736).epsilon(1e-9));
   CHECK(simulation.velocity(0).z() == Approx(0.3934693402873666).epsilon(1e-9));
+}
+
+namespace {
+
+// The blocks of a force, and the pairs of particles that have one.
+struct Blocks final : JacobianSink {
+  std::map<std::array<int, 2>, std::array<Mat3, 2>> of;  // by position, by velocity
+  void position(int i, int j, const Mat3& block) override { of[{i, j}][0] += block; }
+  void velocity(int i, int j, const Mat3& block) override { of[{i, j}][1] += block; }
+};
+
+}  // namespace
+
+// m v' = c (u - v) by implicit Euler: v + h c / m (v - u) is what it was, and one linear step
+// finds it, however the linear equations are solved.
+TEST_CASE("a linear wind is one linear step of an implicit method", "[wind]") {
+  Registry registry({SIM_PLUGIN_DIR});
+  for (const std::string solver : {"auto", "cg", "ldlt"})
+    for (const bool tied : {false, true}) {
+      std::string scene =
+          "local p = sim.particles { mass = 0.1 }\np:add {0, 0, 0}\np:add {1, 0, 0}\n";
+      if (tied) scene += "local s = sim.force.spring { stiffness = 30 }\ns:tie(0, 1)\n";
+      scene += std::string("return sim.scene { particles = p, forces = { ") + (tied ? "s, " : "") +
+               "sim.force.wind { area = 5, law = 'linear', cn = 1, velocity = {3, 0, 1} } },\n"
+               "  integrator = 'implicit_euler', dt = 0.1, duration = 1 }";
+      MethodChoice method{"implicit_euler"};
+      method.given["newton_steps"] = std::int64_t{1};
+      method.given["solver"] = solver;
+      Simulation simulation(load_text(scene).systems[0], registry, {.integrator = method});
+      INFO(solver << ", " << tied);
+      Vec3 v(0, 0, 0);
+      for (int n = 0; n < 5; ++n) {
+        REQUIRE(simulation.step());
+        constexpr double kShare = 0.1 * 5 / 0.1;
+        v = (v + kShare * Vec3(3, 0, 1)) / (1 + kShare);
+        for (int i = 0; i < 2; ++i) CHECK((simulation.velocity(i) - v).norm() < 1e-8);
+      }
+    }
+}
+
+// f(x + e) - f(x - e) over 2 e, with e = 1e-5 m or m/s.
+TEST_CASE("derivatives of the wind are those of its force, and couplings name their pairs",
+          "[wind]") {
+  const std::string air = "velocity = {3, 0.5, 1}, breeze = 1, tau = 0.4, length = 0.5 }";
+  for (const std::string law : {"linear", "quadratic"})
+    for (const bool surface : {false, true}) {
+      std::string text =
+          "local p = sim.particles { mass = 0.1 }\n"
+          "p:add {0, 0, 0}\np:add {1, 0, 0.2}\np:add {0.1, 0.4, 1}\np:add {1.1, 0.3, 1}\n";
+      text += surface ? "local on = { surface = sim.surface { particles = p, triangles = "
+                        "{ {0, 1, 2}, {1, 3, 2} } }, cn = 1.5, ct = 0.2, "
+                      : "local on = { area = 0.05, cn = 1.5, ";
+      if (!surface || law == "quadratic") text += "law = '" + law + "', ";
+      text += air +
+              "\nreturn sim.scene { particles = p, forces = { sim.force.wind(on) }, "
+              "integrator = 'rk4', dt = 0.01, duration = 1 }";
+      INFO(text);
+      Simulation system = compiled(text);
+      REQUIRE(study::particles_of(system)->forces().size() == 1);
+      Force& force = *study::particles_of(system)->forces()[0];
+      double numbers[6][4], mass[4] = {0.1, 0.1, 0.1, 0.1};
+      for (int i = 0; i < 4; ++i)
+        for (int k = 0; k < 6; ++k)
+          numbers[k][i] = k < 3 ? system.position(i)[k] : 0.7 * std::sin(1 + 2 * k + 5 * i);
+      ParticleView view{.n = 4, .t = 0.3, .x = numbers[0], .y = numbers[1], .z = numbers[2]};
+      view.vx = numbers[3], view.vy = numbers[4], view.vz = numbers[5], view.mass = mass;
+      ThreadPool pool(1);
+      const auto forces = [&] {
+        std::array<std::array<double, 4>, 3> sum{};
+        force.prepare(view, pool);
+        force.accumulate(view, {0, 4}, {sum[0].data(), sum[1].data(), sum[2].data()});
+        return sum;
+      };
+      Blocks blocks;
+      force.prepare(view, pool);
+      REQUIRE(force.has_jacobian());
+      force.jacobian(view, blocks);
+      for (int j = 0; j < 4; ++j)
+        for (int k = 0; k < 6; ++k) {
+          constexpr double kAway = 1e-5;
+          const double before = numbers[k][j];
+          numbers[k][j] = before + kAway;
+          const auto above = forces();
+          numbers[k][j] = before - kAway;
+          const auto below = forces();
+          numbers[k][j] = before;
+          for (int i = 0; i < 4; ++i)
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              const auto at = static_cast<std::size_t>(i);
+              CHECK(blocks.of[{i, j}][k < 3 ? 0 : 1](static_cast<int>(axis), k % 3) ==
+                    Approx((above[axis][at] - below[axis][at]) / (2 * kAway)).margin(1e-6));
+            }
+        }
+      std::vector<std::array<int, 2>> pairs;
+      REQUIRE(force.couplings(pairs));
+      for (const auto& [ids, block] : blocks.of) {
+        if (ids[0] >= ids[1] || (block[0] == Mat3() && block[1] == Mat3())) continue;
+        INFO(ids[0] << ", " << ids[1]);
+        CHECK(std::ranges::count_if(pairs, [&, ends = ids](const std::array<int, 2>& pair) {
+                return std::minmax(pair[0], pair[1]) == std::minmax(ends[0], ends[1]);
+              }) > 0);
+      }
+    }
 }
 
 // Simulations with half the step differ by 16 times less.
