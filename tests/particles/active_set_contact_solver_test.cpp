@@ -5,7 +5,7 @@
 #include <random>
 
 #include "core/base/slot.h"
-#include "core/particles/axes.h"
+#include "core/math/axes.h"
 
 using namespace sim;
 

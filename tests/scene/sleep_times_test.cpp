@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/particles/elements/triangle_mesh.h"
+#include "core/geometry/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;

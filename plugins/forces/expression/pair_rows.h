@@ -1,7 +1,7 @@
 // Pairs of eight particles side by side, each with its next neighbours.
 #pragma once
 
-#include "core/expression/program.h"
+#include "core/expression/formulas.h"
 #include "core/particles/neighbours/neighbours.h"
 
 namespace sim {
