@@ -17,8 +17,8 @@ sim::Registry make_registry();
 // scenes/cloth.lua with n particles a side, read like any user's scene.
 sim::SystemSpec load_cloth(int n, sim::Registry& registry);
 
-// scenes/gas.lua with n^3 particles as dense as a liquid, 0.8 to the cube of sigma, and every number
-// that LAMMPS has to know given.
+// scenes/gas.lua with n^3 particles as dense as a liquid, 0.8 / sigma^3, and every number that
+// LAMMPS has to know given.
 sim::SystemSpec load_gas(int n, sim::Registry& registry);
 
 // The same springs, listed one by one with their stiffness and rest length in a single force.

@@ -173,6 +173,8 @@ TEST_CASE("particles of some cells come by ascending id", "[neighbours_kernel]")
                                          places.data(),
                                          {found[0].data(), found[1].data(), found[2].data()}});
       REQUIRE(count == items);
+      CHECK(std::ranges::all_of(ids, [](const auto& word) { return word.bits == 0; }));
+      CHECK(std::ranges::count(filled, 0u) == std::ssize(filled));
       for (int k = 0; k < items; ++k) {
         const int p = plain[static_cast<std::size_t>(k)].second;
         if (places[static_cast<std::size_t>(k)] != p)
