@@ -40,16 +40,20 @@ struct Digest {
 }  // namespace
 
 int main() {
-  using namespace sim::elementary;
+  namespace own = sim::elementary;
   using Function = double (*)(double);
-  constexpr Function kOne[] = {sin, cos, tan, asin, acos, exp, log, log2, log10, sinh, cosh, tanh};
+  constexpr Function kOne[] = {own::sin, own::cos,  own::tan,   own::asin, own::acos, own::exp,
+                               own::log, own::log2, own::log10, own::sinh, own::cosh, own::tanh};
   Digest digest;
   for (int i = 0; i < 200000; ++i) {
     const double x = number(i % 4 == 0 ? 1022 : 12), y = number(i % 4 == 1 ? 1022 : 6);
     const double size = x < 0 ? -x : x;
-    for (const Function f : kOne) digest.add(f(f == log || f == log2 || f == log10 ? size : x));
-    digest.add(atan2(y, x));
-    digest.add(pow(i % 2 == 0 ? size : x, i % 2 == 0 ? y : static_cast<double>(i % 60 - 30)));
+    for (const Function f : kOne) {
+      const bool positive = f == own::log || f == own::log2 || f == own::log10;
+      digest.add(f(positive ? size : x));
+    }
+    digest.add(own::atan2(y, x));
+    digest.add(own::pow(i % 2 == 0 ? size : x, i % 2 == 0 ? y : static_cast<double>(i % 60 - 30)));
   }
   printf("%016llx\n", static_cast<unsigned long long>(digest.sum));
   return 0;
