@@ -109,7 +109,10 @@ TEST_CASE("minimal: what each part of a fall through air changes", "[cli]") {
   CHECK(study.at("whole").at("evaluations").number == 4 * 100);
   CHECK(part("-d 0.02").at("evaluations").number == 4 * 50);
   CHECK(study.at("smallest").at("evaluations").number == 4 * 50);
-  CHECK(study.at("command").text == "sim fall.lua -d 0.02 -T 1");
+  // Times decide whether single precision belongs to it, which for one particle is chance.
+  const std::string& command = study.at("command").text;
+  CHECK((command == "sim fall.lua -d 0.02 -T 1" ||
+         command == "sim fall.lua --precision single -d 0.02 -T 1"));
 }
 
 TEST_CASE("compare: each method with the error of a fall without air", "[cli]") {
