@@ -193,8 +193,7 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     apply(solver_bodies, m, push * m.normal + pull, now);
     if (joints_) {
       joints_->project(solver_bodies, false);
-      for (std::size_t k = 0; k < contacts.size(); ++k)
-        update_approach(solver_bodies, contacts, k);
+      for (std::size_t k = 0; k < contacts.size(); ++k) update_approach(solver_bodies, contacts, k);
       continue;
     }
     for (const int body : {m.first, m.second}) {

@@ -109,7 +109,7 @@ class ContactSolver {
 
   JointProjection* joints_ = nullptr;
   std::vector<SolverBody> scratch_;
-  std::vector<Approach> approaches_;               // of each contact
+  std::vector<Approach> approaches_;              // of each contact
   std::vector<std::size_t> first_, contacts_of_;  // of each body, one list behind the other
 };
 
