@@ -8,6 +8,7 @@
 
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
+#include "core/particles/constraints/constraint_solver.h"
 #include "core/particles/constraints/constraint_system.h"
 #include "core/particles/explicit/contact_pass.h"
 #include "core/particles/explicit/internal_drift.h"

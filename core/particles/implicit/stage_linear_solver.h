@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/linear/linear_solver.h"
+#include "core/ode/ode_system.h"
 #include "core/particles/implicit/stage_matrix.h"
 
 namespace sim {
