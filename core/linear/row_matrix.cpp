@@ -1,11 +1,12 @@
 #include "core/linear/row_matrix.h"
 
-#include <Eigen/OrderingMethods>
 #include <algorithm>
+#include <array>
 #include <map>
 #include <tuple>
 
 #include "core/base/assert.h"
+#include "core/linear/sparse.h"
 
 namespace sim {
 namespace {
@@ -50,23 +51,11 @@ Graph renumbered(const Graph& columns, const std::vector<int>& place) {
   return result;
 }
 
-std::vector<int> little_fill(const Graph& columns) {
-  std::vector<Eigen::Triplet<double>> entries;
-  const int n = static_cast<int>(columns.size());
-  for (int k = 0; k < n; ++k) {
-    entries.emplace_back(k, k, 1.0);
-    for (const int i : columns[static_cast<std::size_t>(k)]) {
-      entries.emplace_back(i, k, 1.0);
-      entries.emplace_back(k, i, 1.0);
-    }
-  }
-  Eigen::SparseMatrix<double> graph(n, n);
-  graph.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-  Eigen::AMDOrdering<int>()(graph, order);
-  std::vector<int> place(columns.size());
-  for (int k = 0; k < n; ++k) place[static_cast<std::size_t>(order.indices()[k])] = k;
-  return place;
+std::vector<std::array<int, 2>> pairs_of(const Graph& columns) {
+  std::vector<std::array<int, 2>> pairs;
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    for (const int i : columns[k]) pairs.push_back({i, static_cast<int>(k)});
+  return pairs;
 }
 
 }  // namespace
@@ -98,7 +87,7 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
   std::vector<int> place(n);
   for (int r = 0; r < size_; ++r) place[static_cast<std::size_t>(r)] = r;
   if (const std::size_t least = count(columns); count(rows_of_factor(columns)) > least) {
-    std::vector<int> other = little_fill(columns);
+    std::vector<int> other = little_fill(size_, pairs_of(columns));
     if (count(rows_of_factor(renumbered(columns, other))) < count(rows_of_factor(columns)))
       place = std::move(other);
   }

@@ -103,6 +103,22 @@ double factor_products(std::span<const int> rows, BlockPairs pairs) {
   return 27 * counts.squares();
 }
 
+std::vector<int> little_fill(int nodes, BlockPairs pairs) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < nodes; ++i) entries.emplace_back(i, i, 1.0);
+  for (const auto& [a, b] : pairs) {
+    entries.emplace_back(a, b, 1.0);
+    entries.emplace_back(b, a, 1.0);
+  }
+  Eigen::SparseMatrix<double> graph(nodes, nodes);
+  graph.setFromTriplets(entries.begin(), entries.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>()(graph, order);
+  std::vector<int> place(static_cast<std::size_t>(nodes));
+  for (int k = 0; k < nodes; ++k) place[static_cast<std::size_t>(order.indices()[k])] = k;
+  return place;
+}
+
 std::vector<int> elimination_rows(std::span<const double> masses, BlockPairs pairs) {
   std::vector<int> rows(masses.size(), -1);
   int free = 0;
@@ -110,21 +126,14 @@ std::vector<int> elimination_rows(std::span<const double> masses, BlockPairs pai
     if (masses[i] < HUGE_VAL) rows[i] = free++;
   if (free == 0) return rows;
 
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int i = 0; i < free; ++i) entries.emplace_back(i, i, 1.0);
+  std::vector<std::array<int, 2>> between;  // free nodes
   for (const auto& [a, b] : pairs) {
     const int row = rows[static_cast<std::size_t>(a)], col = rows[static_cast<std::size_t>(b)];
-    if (row < 0 || col < 0) continue;
-    entries.emplace_back(row, col, 1.0);
-    entries.emplace_back(col, row, 1.0);
+    if (row >= 0 && col >= 0) between.push_back({row, col});
   }
-  Eigen::SparseMatrix<double> graph(free, free);
-  graph.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-  Eigen::AMDOrdering<int>()(graph, order);
-  const Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> place = order.inverse();
+  const std::vector<int> place = little_fill(free, between);
   for (int& row : rows)
-    if (row >= 0) row = place.indices()[row];
+    if (row >= 0) row = place[static_cast<std::size_t>(row)];
   return rows;
 }
 

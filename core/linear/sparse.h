@@ -36,8 +36,11 @@ class SparseSymmetric {
 // elimination_rows().
 double factor_products(std::span<const int> rows, BlockPairs pairs);
 
-// The row of each node in an order of little fill, -1 where its mass is infinite. Amestoy, Davis &
-// Duff (1996), SIAM J. Matrix Anal. Appl. 17(4).
+// The place of each node in an order of little fill. Amestoy, Davis & Duff (1996), SIAM J. Matrix
+// Anal. Appl. 17(4).
+std::vector<int> little_fill(int nodes, BlockPairs pairs);
+
+// The row of each node in such an order of those of finite mass, -1 for the others.
 std::vector<int> elimination_rows(std::span<const double> masses, BlockPairs pairs);
 
 }  // namespace sim
