@@ -154,7 +154,7 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   double fastest = 0, now = h;
   for (const ContactPoint& m : contacts)
     if (m.active) fastest = std::max(fastest, -m.before);
-  list_contacts(solver_bodies.size(), contacts);
+  if (!joints_) list_contacts(solver_bodies.size(), contacts);  // else an impulse moves all
   approaches_.resize(contacts.size());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const ContactPoint& m = contacts[k];
