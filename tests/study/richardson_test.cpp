@@ -68,7 +68,7 @@ TEST_CASE("the error is Richardson's, from runs with half and with twice the ste
         const States run = states_of_run(spec, with(h), steps, 1),
                      fine = states_of_run(spec, with(h / finer), finer * steps, finer),
                      coarse = states_of_run(spec, with(2 * h), steps / 2, 1);
-        // Where both are known.
+        // The states of the moments that the coarser run has, too.
         States even;
         for (std::size_t i = 0; i < fine.size(); i += 2) even.push_back(fine[i]);
         sim::Registry registry = make_registry();
