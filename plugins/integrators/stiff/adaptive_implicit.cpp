@@ -142,12 +142,8 @@ void AdaptiveImplicit::interpolate(double t, double* out) const {
     std::copy_n(y_.data(), y_.size(), out);
     return;
   }
-  const double theta = (t - t_) / h_, rest = 1 - theta;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    const double change = y_[i] - x_[i];
-    const double bend = rest * (h_ * slope_[i] - change) - theta * (h_ * last_slope_[i] - change);
-    out[i] = x_[i] + theta * change + theta * rest * bend;
-  }
+  stages_->interpolate(
+      (t - t_) / h_, {h_, x_.span(), slope_.span(), y_.span(), last_slope_.span()}, out);
 }
 
 // The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); not a number if one is not finite.
@@ -192,7 +188,7 @@ void AdaptiveImplicit::recall(std::span<const double> memory) {
     cuts_ = static_cast<int>(std::clamp(memory[0], 0.0, 1.0 * Events::kMostCuts));
     anew_ = memory[1] != 0;
   }
-  stages_->recall(memory.subspan(of_events));
+  fresh_ = !stages_->recall(memory.subspan(of_events));
 }
 
 Effort AdaptiveImplicit::effort() const { return stages_->effort() + own_; }

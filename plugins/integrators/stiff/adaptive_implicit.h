@@ -17,10 +17,6 @@ namespace sim {
 // states are asked for: the last step may end beyond them. A step whose equations are not solved is
 // shortened. The first slope of a step is the last one of the step before; after an event it is
 // evaluated.
-//
-// Inside a step, theta of the way, the cubic through both ends with their slopes:
-//   x + theta (y - x) + theta (1 - theta) ((1 - theta) (h k - (y - x)) - theta (h l - (y - x)))
-// which is off by theta^2 (1 - theta)^2 h^4 x^(4) / 24, so that states there are of order 4, too.
 class AdaptiveImplicit final : public Integrator {
  public:
   AdaptiveImplicit(std::unique_ptr<PairStages> stages, int order, const Tolerance& tolerance)

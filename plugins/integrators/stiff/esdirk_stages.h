@@ -42,7 +42,10 @@ class EsdirkStages final : public PairStages {
                   double* y, double* error) override;
   void last_slope(OdeSystem& system, double t, double h, const double* y, double* slope) override;
   std::vector<double> memory() const override { return solver_->memory(); }
-  void recall(std::span<const double> memory) override { solver_->recall(memory); }
+  bool recall(std::span<const double> memory) override {
+    solver_->recall(memory);
+    return true;
+  }
   Effort effort() const override { return solver_ ? solver_->effort() : Effort{}; }
   std::vector<std::string> notes() const override { return solver_->notes(); }
   double amplification(double h_omega, double h_gamma) const override {

@@ -21,6 +21,7 @@ void RosenbrockStages::prepare(OdeSystem& system) {
          "use esdirk43 or trbdf2, or write a field as sim.field.formula"});
   u_.clear();
   for (int i = 0; i < RosenbrockPair::kStages; ++i) u_.emplace_back(system.size());
+  for (Array& bend : bend_) bend = Array(system.size());
   time_slope_ = Array(system.size());
   slope_ = Array(system.size());
   linearised_ = false;
@@ -84,6 +85,36 @@ void RosenbrockStages::last_slope(OdeSystem& system, double t, double h, const d
   system.eval(t + h, {y, {}}, slope_.data(), slope);
   ++own_.evaluations;
   linearised_ = false;
+  for (std::size_t row = 0; row < bend_.size(); ++row) {
+    std::ranges::fill(bend_[row].span(), 0);
+    for (std::size_t j = 0; j < u_.size(); ++j)
+      for (std::size_t k = 0; k < slope_.size(); ++k)
+        bend_[row][k] += pair_.dense[row][j] * u_[j][k];
+  }
+}
+
+void RosenbrockStages::interpolate(double theta, const PairStep& step, double* out) const {
+  const double rest = 1 - theta;
+  for (std::size_t k = 0; k < step.x.size(); ++k)
+    out[k] = rest * step.x[k] +
+             theta * (step.y[k] + rest * (bend_[0][k] + theta * bend_[1][k]));
+}
+
+std::vector<double> RosenbrockStages::memory() const {
+  std::vector<double> kept;
+  for (const Array& bend : bend_)
+    kept.insert(kept.end(), bend.span().begin(), bend.span().end());
+  return kept;
+}
+
+bool RosenbrockStages::recall(std::span<const double> memory) {
+  linearised_ = false;
+  if (memory.size() != bend_.size() * bend_[0].size()) return false;
+  for (Array& bend : bend_) {
+    std::ranges::copy(memory.first(bend.size()), bend.data());
+    memory = memory.subspan(bend.size());
+  }
+  return true;
 }
 
 // The method on x' = z x with steps of size 1.
