@@ -64,9 +64,12 @@ FastestMode fastest_mode(OdeSystem& system, double t, const double* x, int produ
   for (int i = 0; i < products; ++i) arnoldi.extend();
   if (arnoldi.size() == 0) return {};
   std::complex<double> largest = 0;
-  for (const std::complex<double>& value : arnoldi.values())
+  double growth = 0;
+  for (const std::complex<double>& value : arnoldi.values()) {
     if (std::abs(value) > std::abs(largest)) largest = value;
-  return {std::abs(largest), -2 * largest.real()};
+    growth = std::max(growth, value.real());
+  }
+  return {std::abs(largest), -2 * largest.real(), growth};
 }
 
 }  // namespace sim

@@ -8,6 +8,7 @@ namespace sim {
 struct FastestMode {
   double rate = 0;     // |lambda|, 1/s: the angular frequency of an oscillation
   double damping = 0;  // -2 Re lambda, 1/s: gamma of an oscillator
+  double growth = 0;   // the largest Re mu > 0 of all eigenvalues mu that were found, 1/s
 };
 
 // The eigenvalue of df/dX at x that is largest in magnitude, to about 1 %. By at most `products`

@@ -27,14 +27,17 @@ constexpr double kStiffest = 200, kNotStiff = 50;
 // one: their Jacobian has few entries.
 constexpr std::size_t kFewNumbers = 2000;
 constexpr double kFlatStiffest = 10;
+// Any method has to follow what grows nearly as fast as the fastest mode decays.
+constexpr double kGrows = 0.3;
 // Lists of so few numbers are worth a factorisation a step, down to this tolerance: below it the
-// higher orders of bdf win.
+// higher orders of bdf win. Explicit steps of them cost little beside the choice of their size, of
+// which order 8 needs fewer.
 constexpr std::size_t kSmall = 16;
-constexpr double kLinear = 1e-6;
+constexpr double kLinear = 1e-6, kFewSteps = 3e-4;
 constexpr int kShortSteps = 10;  // one after the other, until it is given up
 // An implicit method of order 4 takes too many steps below this tolerance.
 constexpr double kImplicit = 1e-10;
-// Stiff systems have decisive numbers far below their tolerance.
+// Stiff systems have decisive numbers far below a tolerance that is one for all of them.
 constexpr double kLoosest = 1e-5;
 // A splitting with steps backwards in time multiplies rounding errors by e^(gamma h) in them.
 constexpr double kMostDamping = 1;
@@ -43,6 +46,11 @@ constexpr double kSlack = 1e-3;
 constexpr std::int64_t kMostAtOnce = 64;
 constexpr double kCoarse = 1e-3, kFine = 1e-7;
 constexpr double kLook = 2000;  // evaluations from one look at the fastest mode to the next
+// Explicit steps of small lists, in which a look costs little, are looked at earlier, as a list may
+// become stiff at once; then later each time, up to kLook.
+constexpr double kFirstLook = 500, kFewInStep = 100;
+constexpr int kEarlyLooks = 2;
+constexpr int kChoices = 16, kLooks = 4;  // room for them in a stored number
 constexpr double kHold = 20;    // steps of h after implicit steps were given up
 
 class Automatic final : public sim::Integrator {
@@ -66,47 +74,42 @@ class Automatic final : public sim::Integrator {
   }
 
   void restart(double t, double h, const double* x) override {
-    spent_ = hold_ = short_ = 0;
+    spent_ = hold_ = short_ = part_ = 0;
+    looks_ = 0;
+    many_ = true;
     choose(t, h, x);
     method_->restart(t, step_of(h), x);
   }
 
   sim::Advance advance(sim::OdeSystem& system, double t, double h, std::int64_t most,
                        const double* x, double* x_next) override {
-    if (spent_ >= kLook) look_again(t, h, x);
-    if (system.gave_up()) {  // in a trial: the next look comes with the next step
-      spent_ = kLook;
-      longest_ = 0;
-      return {sim::StepStatus::kStopped};
-    }
+    if (part_ == 0 && spent_ >= to_look()) look_again(t, h, x);
+    if (system.gave_up()) return given_up();
     const sim::Effort before = method_->effort();
-    sim::Advance now;
-    if (method_->info().adaptive)
-      now = method_->advance(system, t, h, 1, x, x_next);
-    else
-      now = equal_steps(system, t, h, most, x, x_next);
+    const bool equal = !method_->info().adaptive;
+    const sim::Advance now = equal ? equal_steps(system, t, h, most, x, x_next)
+                                   : own_steps(system, t, h, x, x_next);
     if (now.status != sim::StepStatus::kDone) {
-      const bool hard = now.status != sim::StepStatus::kStopped && choice_ == kAdaptive;
+      const bool hard = now.status != sim::StepStatus::kStopped && is_explicit();
       if (!hard || tol_ < kImplicit || system.has_inequalities()) return now;
       // Explicit steps that fail within h may have met stiffness that was not there at its start.
       take(flat_ ? of_lists() : kStiff);
+      part_ = 0;
       method_->restart(t, h, x);
       reason_ = "auto: " + name_ + ", steps of its own: explicit ones failed";
       return advance(system, t, h, most, x, x_next);
     }
     // The next check comes at the same time, however many equal steps were taken at once.
-    const bool equal = !method_->info().adaptive;
+    if (equal) spent_ += static_cast<double>(now.taken) * cost_of(h);
     if (choice_ == kStiff) watch_steps(h, method_->effort().steps - before.steps);
-    spent_ += equal ? static_cast<double>(now.taken) * cost_of(h)
-                    : static_cast<double>(method_->effort().evaluations - before.evaluations);
     hold_ = std::max(0.0, hold_ - now.taken);
     return now;
   }
 
   // The choice depends on the start and the history of the run, so it is stored.
   std::vector<double> memory() const override {
-    std::vector<double> memory{
-        static_cast<double>(choice_), longest_, rate_, spent_, hold_, short_};
+    const int stored = choice_ + kChoices * (looks_ + (many_ ? kLooks : 0));
+    std::vector<double> memory{static_cast<double>(stored), longest_, rate_, spent_, hold_, short_};
     const std::vector<double> inner = method_->memory();
     memory.insert(memory.end(), inner.begin(), inner.end());
     return memory;
@@ -116,9 +119,10 @@ class Automatic final : public sim::Integrator {
   void recall(std::span<const double> memory) override {
     constexpr std::size_t kOwn = 6;
     if (memory.size() < kOwn) return;
-    const double last = static_cast<int>(kRosenbrock);
-    const int choice = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
-    const bool known = choice != kNone && choice == memory[0] &&
+    const double last = kChoices * 2 * kLooks - 1;
+    const int stored = memory[0] >= 1 && memory[0] <= last ? static_cast<int>(memory[0]) : 0;
+    const int choice = stored % kChoices;
+    const bool known = choice != kNone && choice <= kRosenbrock && stored == memory[0] &&
                        (splits_ || (choice != kVerlet && choice != kPefrl)) &&
                        (flat_ || (choice != kMultistep && choice != kRosenbrock)) &&
                        (choice != kRosenbrock || of_lists() == kRosenbrock);
@@ -127,6 +131,9 @@ class Automatic final : public sim::Integrator {
     if (!known || !lengths || std::ranges::any_of(counts, [](double n) { return !(n >= 0); }))
       return;
     take(static_cast<Choice>(choice));
+    looks_ = std::min(stored / kChoices % kLooks, kEarlyLooks);
+    many_ = stored / kChoices >= kLooks;
+    part_ = 0;
     longest_ = memory[1];
     rate_ = memory[2];
     spent_ = memory[3];
@@ -167,6 +174,13 @@ class Automatic final : public sim::Integrator {
     return static_cast<double>(steps_in(h) * std::max(1, method_->info().evaluations));
   }
 
+  bool is_explicit() const { return choice_ == kAdaptive || choice_ == kAccurate; }
+  bool looks_early() const {
+    return flat_ && system_->size() <= kSmall && is_explicit() && looks_ < kEarlyLooks;
+  }
+  // Evaluations from one look to the next.
+  double to_look() const { return looks_early() ? std::ldexp(kFirstLook, looks_) : kLook; }
+
   // For stiff lists of numbers.
   Choice of_lists() const {
     return system_->size() <= kSmall && tol_ >= kLinear ? kRosenbrock : kMultistep;
@@ -180,7 +194,7 @@ class Automatic final : public sim::Integrator {
     Given given;
     if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
     if (choice == kStiff || choice == kMultistep || choice == kRosenbrock)
-      given["tol"] = std::min(tol_, kLoosest);
+      given["tol"] = atol_ ? tol_ : std::min(tol_, kLoosest);
     if (atol_ && given.contains("tol")) given["atol"] = *atol_;
     method_ = other_({kNames[choice], given});
     method_->prepare(*system_);
@@ -217,6 +231,43 @@ class Automatic final : public sim::Integrator {
       most = sim::larger_error(error, most);
     }
     return std::isnan(most) ? HUGE_VAL : most;
+  }
+
+  // To the end of h in steps of the method's own. While looks are early, and unless the h before
+  // took few evaluations, the states at 2^-12 h, 2^-11 h, .. are asked for, too: a list that
+  // becomes stiff there would take any number of explicit steps to the end.
+  sim::Advance own_steps(sim::OdeSystem& system, double t, double h, const double* x,
+                         double* x_next) {
+    constexpr double kFirstPart = 0x1p-12;
+    const std::int64_t first = effort().evaluations;
+    for (;;) {
+      const double end = !(many_ && looks_early()) ? 1 : part_ > 0 ? 2 * part_ : kFirstPart;
+      const std::int64_t before = method_->effort().evaluations;
+      double* const to = end < 1 ? half_.data() : x_next;
+      const sim::Advance now =
+          method_->advance(system, t + part_ * h, end < 1 ? (end - part_) * h : h - part_ * h, 1,
+                           part_ > 0 ? between_.data() : x, to);
+      spent_ += static_cast<double>(method_->effort().evaluations - before);
+      if (now.status != sim::StepStatus::kDone) {
+        if (to != x_next) std::copy(to, to + half_.size(), x_next);
+        return now;
+      }
+      part_ = end < 1 ? end : 0;
+      if (end == 1) {
+        many_ = static_cast<double>(effort().evaluations - first) > kFewInStep;
+        return now;
+      }
+      std::swap(between_, half_);
+      if (spent_ >= to_look()) look_again(t + end * h, h, between_.data());
+      if (system.gave_up()) return given_up();
+    }
+  }
+
+  // In a look: the next one comes with the next step.
+  sim::Advance given_up() {
+    spent_ = kLook;
+    longest_ = part_ = 0;
+    return {sim::StepStatus::kStopped};
   }
 
   // Equal steps, of which the method may take more than requested: then as many as end at a
@@ -259,6 +310,8 @@ class Automatic final : public sim::Integrator {
     if (choice_ == kStiff && short_ >= kShortSteps) hold_ = kHold;
     short_ = 0;
     choose(t, h, x);
+    looks_ = choice_ == before ? std::min(looks_ + 1, kEarlyLooks) : 0;
+    many_ = many_ || choice_ != before;
     if (choice_ != before || longest_ != longest) {
       method_->restart(t, step_of(h), x);
     }
@@ -273,9 +326,11 @@ class Automatic final : public sim::Integrator {
       return std::string(text);
     };
     const bool oscillates = std::fabs(fastest.damping) < 1.9 * fastest.rate;
+    const bool grows = fastest.growth > kGrows * fastest.rate;
     const bool decays = flat_ && !oscillates, few = decays && system_->size() <= kFewNumbers;
     std::string what = fastest.rate == 0 ? "nothing vibrates or decays"
                        : oscillates      ? "omega up to " + number(fastest.rate) + " rad/s"
+                       : grows           ? "growth up to " + number(fastest.growth) + " 1/s"
                                          : "decay up to " + number(fastest.rate) + " 1/s";
     if (oscillates && fastest.rate > 0 && std::fabs(fastest.damping) > 1e-6 * fastest.rate)
       what += ", damping " + number(fastest.damping) + " 1/s";
@@ -291,13 +346,14 @@ class Automatic final : public sim::Integrator {
       what += ", not all states are allowed";
       stay_below_limit();
     } else if (h * fastest.rate > (few ? kFlatStiffest : kStiffest) && tol_ >= kImplicit &&
-               hold_ <= 0) {
+               hold_ <= 0 && !(decays && grows)) {
       // Formulas of order 3 and more are unstable along a part of the imaginary axis.
       take(decays ? of_lists() : kStiff);
       what += ": explicit steps would be of " + number(1 / fastest.rate) +
               " s or less; its own steps to accuracy " + number(tol_);
     } else if (tol_ < kFine || !splits_ || h * fastest.rate < kSlack || hold_ > 0) {
-      take(tol_ < kFine ? kAccurate : kAdaptive);
+      const bool accurate = tol_ < (flat_ && system_->size() <= kSmall ? kFewSteps : kFine);
+      take(accurate ? kAccurate : kAdaptive);
       if (!splits_) what += ", first order or forces of velocity";
       what += ", accuracy " + number(tol_);
     } else {
@@ -339,6 +395,9 @@ class Automatic final : public sim::Integrator {
   std::string name_, reason_;
   double longest_ = 0;           // equal step of the method, s
   double rate_ = 0, short_ = 0;  // fastest mode, 1/s; short implicit steps
+  double part_ = 0;              // of the present step of h, up to the state between_
+  int looks_ = 0;                // early ones, since the choice
+  bool many_ = true;             // evaluations in the last step of h, as far as is known
   double spent_ = 0, hold_ = 0;  // evaluations since a look; steps without implicit ones
   sim::Effort past_;             // of methods before
   sim::Array between_, coarse_, half_, fine_;
@@ -351,19 +410,20 @@ SIM_PLUGIN(Integrator, "auto") {
   plugin.name = "auto";
   plugin.summary = "chooses method and step for the scene, looks again as it goes, and says why";
   plugin.formula =
-      "omega, gamma: of the fastest mode, at the start and every 2000 evaluations\n"
+      "omega, gamma: of the fastest mode, at the start and every 2000 evaluations;\n"
+      "              after 500 and 1000 for explicit steps of at most 16 numbers\n"
       "colliders:                verlet; rk4 with forces of velocity\n"
       "stiff (h omega > 200):    esdirk43 to tol, or 1e-5 where tol is more,\n"
       "                          until its steps come below 50 / omega\n"
-      "lists of numbers whose fastest mode decays, stiff,\n"
-      "or few and h omega > 10:  bdf to tol, or 1e-5 where tol is more;\n"
+      "lists of numbers whose fastest mode decays, nothing grows nearly as fast, stiff,\n"
+      "or few and h omega > 10:  bdf to tol, or 1e-5 where tol is more and no atol given;\n"
       "  16 or fewer, tol >= 1e-6: rodas4 likewise\n"
       "particles, forces of positions and drag:\n"
       "  tol >= 1e-3:            verlet\n"
       "  tol >= 1e-7:            pefrl; verlet where h gamma > 1\n"
       "  in steps of at most h, half of the stable one, and an error of tol\n"
       "first order, other forces of velocity, nothing fast yet: dopri5 to tol\n"
-      "tol < 1e-7:               dop853 to tol\n"
+      "tol < 1e-7, or 3e-4 of 16 numbers or fewer: dop853 to tol\n"
       "tol is held in each step, not over the run: the verdict measures that.";
   plugin.params = {
       {.name = "tol",

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/noise.h"
+#include "core/base/slot.h"
 #include "core/ode/implicit/jacobian_entries.h"
 #include "core/ode/implicit/matrix_solver.h"
 #include "core/ode/ode_system.h"
@@ -124,6 +125,42 @@ TEST_CASE("linear equations are solved in blocks, a band or sparsely, by what co
   const auto solver = make_matrix_solver(sparsity);
   CHECK(solver->name().starts_with("band"));
   CHECK(residual(sparsity, *solver) < 1e-11);
+}
+
+// Small blocks stay in registers; larger ones do not. Rows are exchanged: the largest entries of a
+// block are not on its diagonal.
+TEST_CASE("blocks of one to seven unknowns are solved") {
+  for (int n = 1; n <= 7; ++n) {
+    CAPTURE(n);
+    Entries blocks;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        for (int block = 0; block < 2; ++block)
+          blocks.emplace_back(2 * i + block, 2 * j + (n > 1 ? block : 0));
+    if (n == 1) blocks = {{0, 0}, {1, 1}};
+    const Sparsity sparsity(2 * n, blocks);
+    const auto solver = make_matrix_solver(sparsity);
+    CHECK(solver->name() == "2 blocks");
+    std::vector<double> values(sparsity.count()), x(slot(2 * n)), right(slot(2 * n), 0);
+    for (int turn = 0; turn < 5; ++turn) {
+      const double tau = 0.5 + turn;
+      for (int column = 0; column < 2 * n; ++column)
+        for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k) {
+          const int row = sparsity.row(k);
+          values[slot(k)] = std::sin(1.0 + column + 7 * row + 3 * turn) +
+                            (column / 2 == (row / 2 + turn) % n ? 9.0 : 0.0);
+        }
+      for (int i = 0; i < 2 * n; ++i) x[slot(i)] = std::cos(1.3 * i + turn);
+      right = x;  // (I - tau J) x
+      for (int column = 0; column < 2 * n; ++column)
+        for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k)
+          right[slot(sparsity.row(k))] -= tau * values[slot(k)] * x[slot(column)];
+      REQUIRE(solver->factorise(tau, values));
+      solver->solve(right.data());
+      for (int i = 0; i < 2 * n; ++i)
+        CHECK(right[slot(i)] == Approx(x[slot(i)]).epsilon(1e-9).margin(1e-11));
+    }
+  }
 }
 
 TEST_CASE("singular matrices are told") {

@@ -61,3 +61,53 @@ TEST_CASE("errors of steps that stand are kept, those of rejected ones are not")
   CHECK(controller.accept(1e-7));
   CHECK(controller.state.error_before == 1e-4);
 }
+
+TEST_CASE("predictive control expects that errors grow as they did") {
+  using Control = StepController::Control;
+  const auto next = [](int k, double error, double before, double h_before, bool repeated = false) {
+    StepController controller(k, Control::kPredictive);
+    controller.state = {.h = 2, .error_before = before, .repeated = repeated};
+    REQUIRE(controller.accept(error, h_before));
+    return controller.state.h;
+  };
+  for (const int k : {2, 4})
+    for (const double before : {1.0, 0.3, 1e-2})
+      for (const double error : {1.0, 0.4, 0.05})
+        for (const double h_before : {0.5, 2.0, 3.0, 1e3}) {
+          CAPTURE(k, before, error, h_before);
+          const double plain = 0.9 * std::pow(error, -1.0 / k);
+          const double predicted = plain * 2 / h_before * std::pow(before / error, 1.0 / k);
+          const double factor = std::min(plain, predicted);
+          CHECK(next(k, error, before, h_before) ==
+                Approx(2 * std::min(5.0, std::max(0.2, factor))).epsilon(1e-12));
+          CHECK(next(k, error, before, h_before, true) ==
+                Approx(2 * std::min(1.0, std::max(0.2, factor))).epsilon(1e-12));
+          CHECK(next(k, error, before, 0) ==
+                Approx(2 * std::min(5.0, std::max(0.2, plain))).epsilon(1e-12));
+        }
+  StepController controller(4, Control::kPredictive);
+  controller.state = {.h = 1};
+  CHECK(controller.accept(1e-7));
+  CHECK(controller.state.error_before == 1e-2);
+  CHECK_FALSE(controller.accept(16));
+  CHECK(controller.state.h == Approx(5 * 0.9 / 2));
+  CHECK(controller.state.error_before == 1e-2);
+}
+
+// The logarithm of the error before is kept from step to step.
+TEST_CASE("a controller that goes on takes the steps of a new one in its state") {
+  for (const auto control :
+       {StepController::Control::kProportionalIntegral, StepController::Control::kPredictive}) {
+    StepController going(4, control);
+    going.state = {.h = 1};
+    double h_before = 0;
+    for (const double error : {0.5, 0.5, 1e-6, 3.0, 0.02, 1e-5, 1e-6, 0.9}) {
+      StepController fresh(4, control);
+      fresh.state = going.state;
+      const double h = going.state.h;
+      CHECK(going.accept(error, h_before) == fresh.accept(error, h_before));
+      CHECK(going.state.h == fresh.state.h);
+      h_before = h;
+    }
+  }
+}

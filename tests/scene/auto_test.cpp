@@ -49,6 +49,16 @@ TEST_CASE("the fastest mode of known systems") {
   const sim::FastestMode circle = fastest(make_circle());
   CHECK(circle.rate == Approx(1).epsilon(1e-6));
   CHECK(std::fabs(circle.damping) < 1e-6);
+  CHECK(circle.growth < 1e-6);
+  CHECK(spring.growth == 0);
+  const sim::FastestMode grows =
+      fastest(sim::test::load_text(R"(return sim.scene { state = {1, 1, 1}, dt = 1, duration = 1,
+      integrator = "rk4", field = sim.field.formula { "-5*x + y", "2*y", "-3*z",
+      names = {"x", "y", "z"} } })")
+                  .systems[0]);
+  CHECK(grows.rate == Approx(5).epsilon(1e-6));
+  CHECK(grows.damping == Approx(10).epsilon(1e-6));
+  CHECK(grows.growth == Approx(2).epsilon(1e-6));
   CHECK(fastest(make_falling(1, 0)).rate == 0);
   CHECK(fastest(make_falling(1, 3)).rate == Approx(3).epsilon(1e-6));
 }
@@ -81,7 +91,7 @@ TEST_CASE("auto takes bdf or rodas4 for fields that decay, as soon as it pays") 
     return choice(scene.systems[0], registry, h);
   };
   const std::string decays = "'-10*u', '-v'", turns = "'-10*v', '10*u'";
-  CHECK_THAT(chosen(decays, 1, 0.9), Contains("auto: dopri5"));
+  CHECK_THAT(chosen(decays, 1, 0.9), Contains("auto: dop853"));
   CHECK_THAT(chosen(decays, 1, 1.1), Contains("auto: rodas4, steps of 1.1 s: decay up to 10 1/s"));
   CHECK_THAT(chosen(decays, 8, 1.1), Contains("auto: rodas4"));
   CHECK_THAT(chosen(decays, 9, 1.1), Contains("auto: bdf"));
@@ -91,8 +101,58 @@ TEST_CASE("auto takes bdf or rodas4 for fields that decay, as soon as it pays") 
   CHECK_THAT(chosen(decays, 1001, 19), Contains("auto: dopri5"));
   CHECK_THAT(chosen(decays, 1001, 21), Contains("auto: bdf"));
   // Formulas of high order are unstable where it oscillates.
-  CHECK_THAT(chosen(turns, 1, 1.1), Contains("auto: dopri5"));
+  CHECK_THAT(chosen(turns, 1, 1.1), Contains("auto: dop853"));
   CHECK_THAT(chosen(turns, 1, 21), Contains("auto: esdirk43"));
+  // Nothing is stiff while something grows nearly as fast.
+  const auto starts = [&](const std::string& formulas, const std::string& words) {
+    CHECK_THAT(chosen(formulas, 1, 11), Catch::StartsWith("auto: " + words));
+  };
+  starts("'-10*u', '3.1*v'", "dop853, steps of 11 s: growth up to 3.1 1/s");
+  starts("'-10*u', '2.9*v'", "rodas4, steps of 11 s: decay up to 10 1/s");
+  starts("'3*u', '-2*v'", "dop853, steps of 11 s: growth up to 3 1/s");
+}
+
+// Robertson's reactions are slow at the start and stiff 1e-3 s later: one request for a state a
+// second or forty must not cost thousands of explicit steps.
+TEST_CASE("auto meets stiffness within a step that was asked for") {
+  sim::Registry registry = make_registry();
+  const auto scene = [](double duration) {
+    return sim::test::load_text(
+               "return sim.scene { state = {1, 0, 0}, integrator = 'rk4', dt = 1, duration = " +
+               std::to_string(duration) + R"(, field = sim.field.formula {
+        '-0.04*x + 1e4*y*z', '0.04*x - 1e4*y*z - 3e7*y^2', '3e7*y^2', names = {'x', 'y', 'z'} } })")
+        .systems[0];
+  };
+  for (const double dt : {0.4, 4.0, 40.0}) {
+    CAPTURE(dt);
+    const sim::MethodChoice method{"auto", {{"rtol", 1e-6}, {"atol", 1e-10}}};
+    sim::Simulation simulation(scene(40), registry, {.integrator = method, .dt = dt});
+    while (simulation.t() < 39.9) REQUIRE(simulation.step());
+    CHECK(simulation.integrator().effort().evaluations < 2000);
+    CHECK_THAT(reason(simulation), Contains("auto: rodas4"));
+    // Hairer & Wanner, IV.1, and their IVP test set, to the digits given there.
+    const auto x = state_of(simulation);
+    CHECK(x[0] == Approx(0.7158270687).epsilon(1e-6));
+    CHECK(x[1] == Approx(9.185534764e-6).epsilon(1e-5));
+    CHECK(x[2] == Approx(0.2841637457).epsilon(1e-6));
+  }
+}
+
+// A run that is stopped while auto looks early goes on as if nothing had happened.
+TEST_CASE("auto that is stopped between its parts of a step goes on with the same bits") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec =
+      sim::test::load_text(R"(return sim.scene { state = {2, 0}, integrator = 'rk4', dt = 1,
+      duration = 1, field = sim.field.formula { "v", "50*(1 - x^2)*v - x", names = {"x", "v"} } })")
+          .systems[0];
+  const sim::RunOptions options{.integrator = {"auto", {{"tol", 1e-8}}}, .dt = 100};
+  sim::Simulation whole(spec, registry, options), stopped(spec, registry, options);
+  REQUIRE(whole.step());
+  int asked = 0, stops = 0;
+  stopped.stop_when([&] { return ++asked % 37 == 0; });
+  while (!stopped.step()) REQUIRE(++stops < 10000);
+  CHECK(stops > 10);
+  CHECK(same_bits(state_of(whole), state_of(stopped)));
 }
 
 TEST_CASE("auto runs the method that it names") {

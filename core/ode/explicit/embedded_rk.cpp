@@ -205,11 +205,18 @@ double EmbeddedRungeKutta::scaled_error() {
 double EmbeddedRungeKutta::scaled_norm(const double* values, const double* x,
                                        const double* y) const {
   constexpr std::size_t kLanes = 8;
+  const auto ratio_of = [&](std::size_t i) {
+    const double a = std::fabs(x[i]), b = std::fabs(y[i]);
+    return std::fabs(values[i]) / (tolerance_.atol + tolerance_.rtol * (a > b ? a : b));
+  };
+  if (x_.size() < kLanes) {
+    double most = 0;
+    for (std::size_t i = 0; i < x_.size(); ++i) most = larger_error(most, ratio_of(i));
+    return most;
+  }
   double most[kLanes] = {}, poison[kLanes] = {};
   const auto take = [&](std::size_t i, std::size_t lane) {
-    const double a = std::fabs(x[i]), b = std::fabs(y[i]);
-    const double ratio =
-        std::fabs(values[i]) / (tolerance_.atol + tolerance_.rtol * (a > b ? a : b));
+    const double ratio = ratio_of(i);
     most[lane] = ratio > most[lane] ? ratio : most[lane];
     poison[lane] += 0 * ratio;
   };

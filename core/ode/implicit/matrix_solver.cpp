@@ -4,6 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -102,7 +103,7 @@ class DenseBlocks final : public MatrixSolver {
       longest = std::max(longest, groups_[g].size());
     }
     numbers_.resize(size);
-    pivots_.resize(slot(sparsity.size()));
+    from_.resize(slot(sparsity.size()));
     part_.resize(longest);
     for (int column = 0; column < sparsity.size(); ++column)
       for (int k = sparsity.begin_of(column); k < sparsity.end_of(column); ++k) {
@@ -121,29 +122,36 @@ class DenseBlocks final : public MatrixSolver {
       const std::size_t n = groups_[g].size();
       double* const a = numbers_.data() + begin_[g];
       for (std::size_t i = 0; i < n; ++i) a[i * n + i] += 1;
-      regular = eliminate(a, n, pivots_.data() + first) && regular;
+      std::ranges::copy(groups_[g], from_.begin() + static_cast<std::ptrdiff_t>(first));
+      regular = eliminate(a, n, from_.data() + first) && regular;
       first += n;
     }
     return regular;
   }
 
   void solve(double* x) override {
-    std::size_t first = 0;
+    const int* from = from_.data();
     for (std::size_t g = 0; g < groups_.size(); ++g) {
-      const std::vector<int>& group = groups_[g];
-      const std::size_t n = group.size();
       const double* const a = numbers_.data() + begin_[g];
-      for (std::size_t i = 0; i < n; ++i) part_[i] = x[group[i]];
-      for (std::size_t i = 0; i < n; ++i) {
-        std::swap(part_[i], part_[pivots_[first + i]]);
-        for (std::size_t j = 0; j < i; ++j) part_[i] -= a[i * n + j] * part_[j];
+      const int* const to = groups_[g].data();
+      const std::size_t n = groups_[g].size();
+      switch (n) {
+        case 1:
+          substitute<1>(a, n, from, to, x);
+          break;
+        case 2:
+          substitute<2>(a, n, from, to, x);
+          break;
+        case 3:
+          substitute<3>(a, n, from, to, x);
+          break;
+        case 4:
+          substitute<4>(a, n, from, to, x);
+          break;
+        default:
+          substitute<0>(a, n, from, to, x);
       }
-      for (std::size_t i = n; i-- > 0;) {
-        for (std::size_t j = i + 1; j < n; ++j) part_[i] -= a[i * n + j] * part_[j];
-        part_[i] *= a[i * n + i];
-      }
-      for (std::size_t i = 0; i < n; ++i) x[group[i]] = part_[i];
-      first += n;
+      from += n;
     }
   }
 
@@ -153,13 +161,14 @@ class DenseBlocks final : public MatrixSolver {
 
  private:
   // L below the diagonal, U above it, and on it the inverses of the pivots.
-  static bool eliminate(double* a, std::size_t n, std::size_t* pivots) {
+  // The rows of `from` are exchanged likewise.
+  static bool eliminate(double* a, std::size_t n, int* from) {
     for (std::size_t k = 0; k < n; ++k) {
       std::size_t pivot = k;
       for (std::size_t i = k + 1; i < n; ++i)
         if (std::fabs(a[i * n + k]) > std::fabs(a[pivot * n + k])) pivot = i;
-      pivots[k] = pivot;
       if (pivot != k) std::swap_ranges(a + k * n, a + (k + 1) * n, a + pivot * n);
+      std::swap(from[k], from[pivot]);
       const double inverse = 1 / a[k * n + k];
       if (!std::isfinite(inverse)) return false;
       for (std::size_t i = k + 1; i < n; ++i) {
@@ -172,10 +181,30 @@ class DenseBlocks final : public MatrixSolver {
     return true;
   }
 
+  // x[to[i]] := the solution with the right-hand side x[from[i]]. N: the size, whose numbers then
+  // stay in registers; 0: n of them, by way of part_.
+  template <std::size_t N>
+  void substitute(const double* a, std::size_t n, const int* from, const int* to, double* x) {
+    std::array<double, N> few;
+    double* const part = N > 0 ? few.data() : part_.data();
+    if (N > 0) n = N;
+#pragma GCC unroll 4
+    for (std::size_t i = 0; i < n; ++i) {
+      part[i] = x[from[i]];
+      for (std::size_t j = 0; j < i; ++j) part[i] -= a[i * n + j] * part[j];
+    }
+    for (std::size_t i = n; i-- > 0;) {
+      for (std::size_t j = i + 1; j < n; ++j) part[i] -= a[i * n + j] * part[j];
+      part[i] *= a[i * n + i];
+    }
+#pragma GCC unroll 4
+    for (std::size_t i = 0; i < n; ++i) x[to[i]] = part[i];
+  }
+
   std::vector<std::vector<int>> groups_;
   std::vector<std::size_t> begin_, targets_;  // of each block and each entry in numbers_
   std::vector<double> numbers_, part_;
-  std::vector<std::size_t> pivots_;  // in each block
+  std::vector<int> from_;  // the numbers of each block in the order of the rows of its factors
 };
 
 // The half bandwidths below and above the diagonal in this order of the unknowns.

@@ -1,6 +1,7 @@
 #include "straight_stepper.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "core/base/finite.h"
@@ -21,6 +22,26 @@ int count_weights(std::span<const double> weights) {
 std::span<const double> row_of(const ExplicitPlan& plan, int stage) {
   return std::span(plan.a).subspan(static_cast<std::size_t>(stage * plan.stages),
                                    static_cast<std::size_t>(stage));
+}
+
+// out := base + h sum_j weights_j k_j of N numbers, which stay in registers; the numbers of k_(j+1)
+// are `stride` behind those of k_j.
+template <int N>
+void add_slopes(const double* base, double h, std::span<const double> weights, const double* k,
+                int stride, double* out) {
+  std::array<double, N> sum;
+#pragma GCC unroll 4
+  for (int i = 0; i < N; ++i) sum[i] = base[i];
+  for (const double weight : weights) {
+    if (weight != 0) {
+      const double scaled = h * weight;
+#pragma GCC unroll 4
+      for (int i = 0; i < N; ++i) sum[i] += scaled * k[i];
+    }
+    k += stride;
+  }
+#pragma GCC unroll 4
+  for (int i = 0; i < N; ++i) out[i] = sum[i];
 }
 
 }  // namespace
@@ -51,7 +72,7 @@ int StageProgram::add_sum(std::span<const double> weights, int y) {
   for (std::size_t j = 0; j < weights.size(); ++j) {
     if (weights[j] == 0) continue;
     const int weight = static_cast<int>(slots_.size());
-    weights_.push_back({weight, weights[j]});
+    weights_.push_back(weights[j]);
     slots_.push_back(0);
     for (int i = 0; i < size_; ++i)
       instructions_.push_back({Op::kProductPlus,
@@ -84,10 +105,10 @@ void StageProgram::add_copy(int from, int to) {
 }
 
 void StageProgram::set_step(double h) {
-  if (h != h_)
-    for (const Weight& weight : weights_)
-      slots_[static_cast<std::size_t>(weight.slot)] = h * weight.value;
+  if (h == h_) return;
   h_ = h;
+  double* const products = slots_.data() + first_weight();
+  for (std::size_t i = 0; i < weights_.size(); ++i) products[i] = h * weights_[i];
 }
 
 bool StraightStepper::fits(const Code& code, const ExplicitPlan& plan) {
@@ -159,6 +180,7 @@ bool StraightPair::slope_is_finite(int stage) {
 
 void StraightPair::set_times(double t, double h, int first, int last) {
   program_.set_step(h);
+  if (!program_.reads_time()) return;
   for (int stage = first; stage < last; ++stage)
     program_.set_time(stage, t + plan_.c[static_cast<std::size_t>(stage)] * h);
 }
@@ -194,14 +216,18 @@ void StraightPair::extend(double t, double h, const double* x) {
 void StraightPair::combine(const double* /*x*/, double h, std::span<const double> weights,
                            const double* base, double* out) {
   const int size = program_.size();
-  const double* k = program_.slots() + program_.k(0);
-  std::copy_n(base, size, out);
-  for (const double weight : weights) {
-    if (weight != 0) {
-      const double scaled = h * weight;
-      for (int i = 0; i < size; ++i) out[i] += scaled * k[i];
-    }
-    k += size;
+  const double* const k = program_.slots() + program_.k(0);
+  int i = 0;
+  for (; i + 4 <= size; i += 4) add_slopes<4>(base + i, h, weights, k + i, size, out + i);
+  switch (size - i) {
+    case 1:
+      return add_slopes<1>(base + i, h, weights, k + i, size, out + i);
+    case 2:
+      return add_slopes<2>(base + i, h, weights, k + i, size, out + i);
+    case 3:
+      return add_slopes<3>(base + i, h, weights, k + i, size, out + i);
+    default:
+      return;
   }
 }
 

@@ -52,18 +52,15 @@ class StageProgram {
   int time(int stage) const { return times_ + stage; }
   std::size_t first_weight() const { return slots_.size() - weights_.size(); }
   void set_step(double h);
+  bool reads_time() const { return code_.reads.back(); }
   void set_time(int stage, double t) { slots_[static_cast<std::size_t>(times_ + stage)] = t; }
 
  private:
   const Code& code_;
   int size_, y_, next_, k_, times_, constants_, registers_;  // first slots
   std::vector<Instruction> instructions_;
-  struct Weight {
-    int slot;
-    double value;  // times h
-  };
-  std::vector<Weight> weights_;
-  double h_ = 0;  // of the products in those slots
+  std::vector<double> weights_;
+  double h_ = 0;  // of the products with them in the last slots
   std::vector<double> slots_;
 };
 

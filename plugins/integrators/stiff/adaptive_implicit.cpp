@@ -70,6 +70,7 @@ StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
 StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double asked) {
   constexpr double kSmallest = 1e-13;  // of the first trial
   const StepController::State before = controller_.state;
+  const double h_before = h_;
   const int cuts_before = cuts_;
   const bool was_anew = anew_;
   t_ += h_;
@@ -92,7 +93,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
     }
     const double error = try_step(system, status);
     if (status == StepStatus::kStopped) break;
-    if (!controller_.accept(error)) {
+    if (!controller_.accept(error, h_before)) {
       ++own_.rejected;
       continue;
     }

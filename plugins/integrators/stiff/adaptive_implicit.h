@@ -19,12 +19,17 @@ namespace sim {
 // evaluated.
 class AdaptiveImplicit final : public Integrator {
  public:
-  AdaptiveImplicit(std::unique_ptr<PairStages> stages, int order, const Tolerance& tolerance)
-      : stages_(std::move(stages)), order_(order), tolerance_(tolerance), controller_(order) {}
+  AdaptiveImplicit(std::unique_ptr<PairStages> stages, int order, const Tolerance& tolerance,
+                   StepController::Control control)
+      : stages_(std::move(stages)),
+        order_(order),
+        tolerance_(tolerance),
+        controller_(order, control) {}
   template <int S>
   AdaptiveImplicit(const ImplicitPair<S>& pair, int order, const Tolerance& tolerance,
                    const StageOptions& options)
-      : AdaptiveImplicit(std::make_unique<EsdirkStages>(pair, order, options), order, tolerance) {}
+      : AdaptiveImplicit(std::make_unique<EsdirkStages>(pair, order, options), order, tolerance,
+                         StepController::Control::kProportionalIntegral) {}
 
   IntegratorInfo info() const noexcept override {
     return {.order = order_, .adaptive = true, .implicit = true};

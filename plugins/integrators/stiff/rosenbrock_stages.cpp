@@ -67,10 +67,11 @@ StepStatus RosenbrockStages::step(OdeSystem& system, double t, double h, const d
     const double* const f = i == 0 ? slope : slope_.data();
     double* const u = u_[i].data();
     const double of_time = tau * h * pair_.gammas[i];
-    for (std::size_t k = 0; k < slope_.size(); ++k) u[k] = tau * f[k] + of_time * time_slope_[k];
-    for (std::size_t j = 0; j < i; ++j) {
-      const double factor = pair_.gamma * pair_.c[i][j];
-      for (std::size_t k = 0; k < slope_.size(); ++k) u[k] += factor * u_[j][k];
+    for (std::size_t j = 0; j < i; ++j) terms[j] = {pair_.gamma * pair_.c[i][j], u_[j].data()};
+    for (std::size_t k = 0; k < slope_.size(); ++k) {
+      double sum = tau * f[k] + of_time * time_slope_[k];
+      for (std::size_t j = 0; j < i; ++j) sum += terms[j].coef * terms[j].k[k];
+      u[k] = sum;
     }
     solver_->solve(u);
   }
@@ -85,12 +86,12 @@ void RosenbrockStages::last_slope(OdeSystem& system, double t, double h, const d
   system.eval(t + h, {y, {}}, slope_.data(), slope);
   ++own_.evaluations;
   linearised_ = false;
-  for (std::size_t row = 0; row < bend_.size(); ++row) {
-    std::ranges::fill(bend_[row].span(), 0);
-    for (std::size_t j = 0; j < u_.size(); ++j)
-      for (std::size_t k = 0; k < slope_.size(); ++k)
-        bend_[row][k] += pair_.dense[row][j] * u_[j][k];
-  }
+  for (std::size_t row = 0; row < bend_.size(); ++row)
+    for (std::size_t k = 0; k < slope_.size(); ++k) {
+      double sum = 0;
+      for (std::size_t j = 0; j < u_.size(); ++j) sum += pair_.dense[row][j] * u_[j][k];
+      bend_[row][k] = sum;
+    }
 }
 
 void RosenbrockStages::interpolate(double theta, const PairStep& step, double* out) const {

@@ -100,6 +100,7 @@ SIM_PLUGIN(Integrator, "esdirk43 rodas4") {
         auto stages = std::make_unique<sim::RosenbrockStages>(kRodas);
         if (given.flag("fixed_step")) return std::make_unique<sim::FixedPair>(std::move(stages), 4);
         return std::make_unique<sim::AdaptiveImplicit>(std::move(stages), 4,
-                                                       sim::tolerance_of(given));
+                                                       sim::tolerance_of(given),
+                                                       sim::StepController::Control::kPredictive);
       }});
 }

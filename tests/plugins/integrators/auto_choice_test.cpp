@@ -179,7 +179,7 @@ TEST_CASE("auto hands its tolerances on, the loosest of stiff methods included")
       CHECK(plain.given("atol") == -1);
       const Trial both(*each.system, 1, {{"rtol", tol}, {"atol", 1e-9}, {"tol", 0.5}});
       CHECK(both.name() == each.name);
-      CHECK(both.given("tol") == own);
+      CHECK(both.given("tol") == tol);  // with an absolute tolerance of its own
       CHECK(both.given("atol") == 1e-9);
     }
   Modes waves(6, false);
@@ -223,8 +223,12 @@ TEST_CASE("auto changes its mind at the thresholds that it tells") {
   CHECK(chosen(few, 1, 0.99e-6) == "bdf");
   CHECK(chosen(more, 1, 1.01e-6) == "bdf");
   CHECK(chosen(points, 1, 1e-5) == "dopri5");  // no list of numbers
-  few.decay = 9.9;
-  CHECK(chosen(few, 1, 1e-5) == "dopri5");
+  few.decay = more.decay = points.decay = 9.9;
+  CHECK(chosen(few, 1, 1e-5) == "dop853");
+  CHECK(chosen(few, 1, 2.9e-4) == "dop853");
+  CHECK(chosen(few, 1, 3.1e-4) == "dopri5");
+  CHECK(chosen(more, 1, 1e-5) == "dopri5");
+  CHECK(chosen(points, 1, 1e-5) == "dopri5");
 }
 
 TEST_CASE("equal steps of auto are at most half of the stable one") {
@@ -385,6 +389,70 @@ TEST_CASE("auto looks again after two thousand evaluations") {
   CHECK(shorter.name() == "esdirk43");
 }
 
+// A list of at most 16 numbers is looked at after 500, 1000 and then 2000 evaluations, and a step
+// is made in parts unless the one before took at most 100.
+TEST_CASE("auto looks earlier at small lists") {
+  Modes list(16), larger(17), points(15, false);
+  for (Modes* each : {&list, &larger, &points}) each->omega = 1;
+  const auto looks_after = [](Modes& system, std::int64_t evaluations) {
+    system.decay = 0;
+    Trial trial(system, 1, {{"tol", 1e-3}});
+    REQUIRE(trial.name() == "dopri5");
+    trial.behaviour.evaluations = 1;
+    trial.step(1);  // 13 parts of a list
+    trial.behaviour.evaluations = evaluations;
+    system.decay = 1000;  // it has become stiff meanwhile
+    for (int i = 1; i < 100; ++i) {
+      trial.step(1);
+      if (trial.asked.methods.size() > 1) return i;
+    }
+    return 100;
+  };
+  CHECK(looks_after(list, 97) == 7);  // 13 + 5 * 97 < 500
+  CHECK(looks_after(list, 98) == 6);
+  CHECK(looks_after(larger, 99) == 22);  // 1 + 20 * 99 < 2000
+  CHECK(looks_after(larger, 100) == 21);
+  CHECK(looks_after(points, 100) == 21);
+
+  // At every look the same choice: later each time.
+  list.decay = 0;
+  Trial calm(list, 1, {{"tol", 1e-3}});
+  calm.behaviour.evaluations = 1;
+  calm.step(1);
+  calm.behaviour.evaluations = 50;
+  const auto looks = [&] { return static_cast<int>(calm.method->memory()[0]) / 16 % 4; };
+  std::vector<int> when;
+  for (int n = 1, before = 0; n <= 100; ++n) {
+    calm.step(1);
+    if (looks() != before) when.push_back(n);
+    before = looks();
+  }
+  CHECK(when == std::vector<int>{11, 31});  // before the steps after 500 and 1500
+
+  // Parts of the first step; none of the next.
+  Trial parts(list, 1, {{"tol", 1e-3}});
+  parts.behaviour.evaluations = 5;
+  parts.asked.begins.clear();
+  parts.step(1);
+  REQUIRE(parts.asked.steps.size() == 13);
+  double end = 0;
+  for (std::size_t i = 0; i < 13; ++i) {
+    CHECK(parts.asked.begins[i] == end);
+    end = std::ldexp(1.0, static_cast<int>(i) - 12);
+    CHECK(parts.asked.begins[i] + parts.asked.steps[i] == end);
+  }
+  parts.asked.steps.clear();
+  parts.step(1);
+  CHECK(parts.asked.steps == std::vector<double>{1});
+  // Again where a step took more than a hundred.
+  parts.behaviour.evaluations = 101;
+  parts.step(1);
+  parts.behaviour.evaluations = 1;
+  parts.asked.steps.clear();
+  parts.step(1);
+  CHECK(parts.asked.steps.size() == 13);
+}
+
 TEST_CASE("auto takes back what it can have written, and nothing else") {
   Modes waves(6, false);
   waves.omega = 3.5;
@@ -407,8 +475,10 @@ TEST_CASE("auto takes back what it can have written, and nothing else") {
     trial.method->recall(changed);
     return trial.method->memory() == before;
   };
-  for (const double choice : {-1.0, 0.0, 0.5, 2.5, 7.0, 8.0, 9.0, 1e300}) CHECK(refused(0, choice));
-  for (const double choice : {1.0, 3.0, 4.0, 5.0, 6.0}) CHECK_FALSE(refused(0, choice));
+  for (const double choice : {-1.0, 0.0, 0.5, 2.5, 7.0, 8.0, 9.0, 16.0, 25.0, 128.0, 130.0, 1e300})
+    CHECK(refused(0, choice));
+  for (const double choice : {1.0, 3.0, 4.0, 5.0, 6.0, 17.0, 36.0, 65.0, 113.0})
+    CHECK_FALSE(refused(0, choice));
   CHECK(refused(1, 0));
   CHECK(refused(1, -1));
   CHECK(refused(1, std::nan("")));
