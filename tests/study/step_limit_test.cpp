@@ -196,6 +196,36 @@ TEST_CASE("a study ends when told to within the steps of one method") {
   CHECK(calls < 10);
 }
 
+// The energies are those of runs with 1/4, 1/2, 0.9 of the limit and so on, of each method in turn.
+TEST_CASE("a study ends when told to within its energies, and keeps those before") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec particles = make_elastic_pendulum(), numbers = make_circle();
+  for (sim::SystemSpec* const spec : {&particles, &numbers}) {
+    CAPTURE(spec->name);
+    spec->duration = 2;
+    const sim::study::StabilityOptions options{.integrators = {{"rk4"}, {"rk3"}}};
+    std::vector<std::size_t> counts;
+    for (int last = 0;; ++last) {
+      int asked = 0;
+      const auto study =
+          sim::study::stability({spec, &registry}, options, [&](std::string_view what, double) {
+            return !what.ends_with(", energy") || ++asked <= last;
+          });
+      REQUIRE(study.methods.size() == 2);
+      counts.push_back(study.methods[0].energy.size() + study.methods[1].energy.size());
+      if (study.complete) break;
+      CHECK(asked > last);
+      for (const MethodStability& each : study.methods)
+        for (const auto& point : each.energy) CHECK(point.error >= 0);  // a number
+      CHECK(asked == last + 1);  // not asked again
+      if (counts.back() < 8 && last > 60) last += last / 2;
+    }
+    CHECK(counts.front() == 0);
+    CHECK(counts.back() == 8);
+    CHECK(std::ranges::is_sorted(counts));
+  }
+}
+
 TEST_CASE("unknown and unfitting integrators are refused by name") {
   CHECK_THROWS_AS(study_of(make_row(), {{"rk5"}}), sim::Error);
   CHECK_THROWS_AS(study_of(make_circle(), {{"verlet"}}), sim::Error);

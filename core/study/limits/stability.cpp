@@ -46,9 +46,10 @@ double affordable_steps(const Simulation& system, const Candidate& method) {
 
 // The result of a step that failed; empty if the study was told to end.
 std::optional<EnergyAtStep> failed_at(double fraction, double dt,
-                                      const std::function<bool()>& go_on) {
+                                      const std::function<bool()>& go_on,
+                                      double error = kInfinity) {
   if (!go_on()) return {};
-  return EnergyAtStep{fraction, dt, kInfinity};
+  return EnergyAtStep{fraction, dt, error};
 }
 
 // The energy after a run with this step; empty if told to end.
@@ -88,7 +89,7 @@ std::optional<EnergyAtStep> error_at(const Problem& problem, double fraction, do
     if (i % 32 == 0 && !go_on()) return {};
     if (!run.step()) return failed_at(fraction, dt, go_on);
     for (int k = 0; k < kFiner; ++k)
-      if (!fine.step()) return EnergyAtStep{fraction, dt, std::nan("")};
+      if (!fine.step()) return failed_at(fraction, dt, go_on, std::nan(""));
     for (const double value : fine.state()) size = std::max(size, std::abs(value));
     most = std::max(most, largest_difference(run.state(), fine.state()));
     if (!(most <= 1e3 * size)) return EnergyAtStep{fraction, dt, kInfinity};
