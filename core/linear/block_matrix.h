@@ -38,8 +38,9 @@ class BlockMatrix {
   virtual Mat3 diagonal(int i) const = 0;  // the block of D
   // The pairs (a, b), a < b, whose blocks are there at any time, in the order of for_each_pair().
   virtual std::vector<std::array<int, 2>> fixed_pairs() const = 0;
-  // The blocks off the diagonal: fixed(a, b, block) of each fixed pair, and other(i, j, block), of
-  // which half of the symmetric part of A is given for each of (i, j) and (j, i).
+  // The blocks off the diagonal: fixed(a, b, block) of each fixed pair, symmetric ones, and
+  // other(i, j, block), of which half of the symmetric part of A is given for each of (i, j) and
+  // (j, i).
   virtual void for_each_pair(const VisitPair& fixed, const VisitPair& other) const = 0;
 };
 

@@ -54,6 +54,29 @@ TEST_CASE("sim compare sets methods side by side, each with its own error") {
   CHECK(std::filesystem::exists(folder.path() / "c.png"));
 }
 
+// Panels of 640 x 540 in a row, or of four methods in two, at most 1920 wide together; between them
+// are two pixels, and sizes are even.
+TEST_CASE("pictures of sim compare are as large as their panels") {
+  const TemporaryFolder folder;
+  const std::pair<int, int> sizes[] = {{640, 540}, {1280, 540}, {1918, 540}, {1280, 1080}};
+  std::vector<std::string> arguments{"compare", "scenes/pendulum1.lua", "-T", "0.1", "--out",
+                                     "c.png"};
+  for (const auto& [width, height] : sizes) {
+    arguments.insert(arguments.end(), {"-i", "rk4"});
+    const Outcome outcome = run_sim(arguments, {.folder = folder.path()});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const std::string png = read_text(folder.path() / "c.png");
+    REQUIRE(png.size() > 24);
+    const auto number = [&](std::size_t at) {  // of four bytes, the highest first
+      int sum = 0;
+      for (std::size_t k = 0; k < 4; ++k) sum = 256 * sum + static_cast<unsigned char>(png[at + k]);
+      return sum;
+    };
+    CHECK(std::pair(number(16), number(20)) == std::pair(width, height));
+  }
+}
+
 TEST_CASE("sim compare judges by what the scene observes, too") {
   const auto compared = [](const std::string& of) {
     const Outcome outcome = run_sim({"compare", "scenes/pendulum.lua", "-T", "2", "--of", of, "-i",

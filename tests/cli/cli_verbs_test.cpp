@@ -226,6 +226,11 @@ TEST_CASE("every plugin and scene describes itself") {
         const int order = static_cast<int>(facts.at("order").number);
         CHECK((text.out.find(", order " + std::to_string(order)) != std::string::npos) ==
               (order > 0));
+        const int evaluations = static_cast<int>(facts.at("evaluations").number);
+        CHECK((text.out.find(" of f a step") != std::string::npos) == (evaluations > 0));
+        if (evaluations > 0)
+          CHECK(text.out.find(", " + std::to_string(evaluations) + " evaluation" +
+                              (evaluations == 1 ? "" : "s") + " of f a step") != std::string::npos);
       }
       for (const Json& param : facts.at("params").list) CHECK(!param.at("doc").text.empty());
     }

@@ -1,4 +1,5 @@
 // Files of a run that grow, and files that belong together: whole, or as they were before.
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "tests/cli/program.h"
@@ -64,6 +65,22 @@ TEST_CASE("a recording for which the disk has no room is said at once, and is wh
   const Outcome again = run_sim({"--replay", "a.rec"}, {.folder = folder.path()});
   CHECK(again.code == 0);
 
+  // Its lines are counted.
+  std::size_t fewest = 99, most = 0;
+  for (int room = 66; room <= 110; room += 4) {
+    CAPTURE(room);
+    const TemporaryFolder own;
+    options.folder = own.path();
+    options.environment.back().second = std::to_string(room);
+    const std::string said = run_sim({"--record", "b.rec"}, options).err;
+    const std::string text = read_text(own.path() / "b.rec");
+    const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+    CHECK_THAT(said, Contains("its first " + std::to_string(lines) + " line"));
+    fewest = std::min(fewest, lines), most = std::max(most, lines);
+  }
+  CHECK(fewest + 1 < most);
+
+  options.folder = folder.path();
   options.environment.back().second = "10";
   write_text(folder.path() / "a.rec", "an older one");
   CHECK(run_sim({"--record", "a.rec"}, options).code == 5);

@@ -1,5 +1,7 @@
 // Rods that break, and what goes with a tear: springs that bridge it, and bending across it.
 #include <cmath>
+#include <random>
+#include <set>
 
 #include "core/scene/simulation.h"
 #include "core/session/checkpoint.h"
@@ -246,6 +248,55 @@ TEST_CASE("springs that bridge a tear go with it", "[breaking]") {
     run.run_to(0.5);
     CHECK(run.system.velocity(3) == v);
   }
+}
+
+// A pair is torn once all its own ties are gone, of which some cannot be cut: counted by plain
+// loops over random nets in which particles share many ties.
+TEST_CASE("a pair is torn when nothing joins its own two ends any more", "[breaking]") {
+  constexpr int kParticles = 6;
+  using Pair = std::array<int, 2>;
+  std::mt19937 random(7);
+  int kept = 0, gone = 0;
+  for (int trial = 0; trial < 12; ++trial) {
+    // Two forces of ties that break, and springs and rods that do not.
+    std::vector<Pair> ties[4];
+    std::string lists[4];
+    for (int a = 0; a < kParticles; ++a)
+      for (int b = a + 1; b < kParticles; ++b)
+        for (const int kind : {0, 1, 2, 3})
+          if (random() % (kind == 3 ? 8 : 3) == 0) {
+            const bool turned = random() % 2 == 0;
+            ties[kind].push_back({a, b});
+            lists[kind] += "{" + std::to_string(turned ? b : a) + ", " +
+                           std::to_string(turned ? a : b) + "}, ";
+          }
+    if (std::ranges::any_of(ties, [](const auto& list) { return list.empty(); })) continue;
+    std::string text = "local particles = sim.particles { mass = 1 }\n";
+    for (int i = 0; i < kParticles; ++i)
+      text += "particles:add {" + std::to_string(i) + ", " + std::to_string(i * i % 5) + ", " +
+              std::to_string(i % 3) + "}\n";
+    text += "local forces = { sim.force.spring { stiffness = 1, break_strain = 9, ties = {" +
+            lists[0] + "} }, sim.force.spring { stiffness = 2, break_force = 1e9, ties = {" +
+            lists[1] + "} }, sim.force.spring { stiffness = 3, ties = {" + lists[2] +
+            "} } }\nlocal constraints = { sim.constraint.distance { ties = {" + lists[3] +
+            "} } }\n";
+    TextRun run(text + kRodsEnd, "rk4", 1e-3);
+    std::set<Pair> cut, torn;
+    for (const int kind : {0, 1})
+      for (const Pair& pair : ties[kind]) {
+        if (!cut.insert(pair).second) continue;  // both forces have it
+        run.system.cut(pair[0], pair[1]);
+        const auto joins = [&](const std::vector<Pair>& list) {
+          return std::ranges::count(list, pair) > 0;
+        };
+        if (!joins(ties[2]) && !joins(ties[3])) torn.insert(pair);
+        CHECK(std::ranges::equal(run.system.torn(), torn));
+      }
+    CHECK(run.system.settings().broken.size() == ties[0].size() + ties[1].size());
+    gone += static_cast<int>(torn.size());
+    kept += static_cast<int>(cut.size() - torn.size());
+  }
+  CHECK((gone > 20 && kept > 20));
 }
 
 TEST_CASE("bending goes with the faces of a tear, and is booked", "[breaking]") {

@@ -112,6 +112,7 @@ TEST_CASE("bad results of a function name its line", "[lua][functions]") {
       {"{1, 2}", "function(t, x) local function f() return 1 + f() end return f() end",
        "stack overflow"},
   };
+  int wrong = 0;
   for (const auto& [state, function, says] : cases) {
     INFO(function);
     const auto error = step_error("\n\n" + ode(state, function));
@@ -120,7 +121,15 @@ TEST_CASE("bad results of a function name its line", "[lua][functions]") {
     CHECK(error->kind() == ErrorKind::kScene);
     CHECK(error->text().where.ends_with("scene.lua:4"));
     CHECK(contains(error->what(), says));
+    if (error->text().what != "bad result of a function" ||
+        error->text().why.starts_with("expected numbers, got "))
+      continue;
+    ++wrong;
+    CHECK(error->text().why.starts_with("expected a list of "));
+    CHECK(contains(error->text().why, ", got "));
+    CHECK(error->text().remedy == "return it in the form of the state");
   }
+  CHECK(wrong == 7);
 }
 
 TEST_CASE("a solution that blows up diverges instead of failing", "[lua][functions]") {

@@ -176,6 +176,23 @@ TEST_CASE("singular matrices are told") {
   }
 }
 
+// One of several blocks is singular, each in turn.
+TEST_CASE("a singular block is told whichever it is") {
+  constexpr int kBlocks = 5, kSize = 3;
+  Entries entries;
+  for (int i = 0; i < kBlocks * kSize; ++i)
+    for (int j = 0; j < kSize; ++j) entries.emplace_back(i, i / kSize * kSize + j);
+  const Sparsity sparsity(kBlocks * kSize, entries);
+  const auto solver = make_matrix_solver(sparsity);
+  REQUIRE(solver->name() == "5 blocks");
+  for (int block = 0; block < kBlocks; ++block) {
+    std::vector<double> values(sparsity.count(), 0);
+    CHECK(solver->factorise(0.25, values));
+    values[static_cast<std::size_t>(sparsity.find(block * kSize + 1, block * kSize + 1))] = 4;
+    CHECK_FALSE(solver->factorise(0.25, values));
+  }
+}
+
 TEST_CASE("columns that share no row have one color") {
   const Sparsity sparsity(300, band(300, 2, 1));
   std::vector<int> colors(300);

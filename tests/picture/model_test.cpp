@@ -159,8 +159,35 @@ TEST_CASE("systems side by side do not overlap, and the eye sees them all") {
         }
     for (std::size_t m = 1; m < view.offsets.size(); ++m) CHECK(begins[m] > ends[m - 1]);
     CHECK(widest > 0.5F);  // and no further away than that takes
+    // They are drawn there.
+    const sim::Scenery scenery(seen.models, seen.moments, {});
+    for (const std::size_t at : {std::size_t{0}, seen.moments.size() - 1}) {
+      const sim::Picture picture = scenery.picture(at);
+      const auto count = static_cast<std::size_t>(seen.models[0].particles);
+      REQUIRE(picture.points.size() == count * view.offsets.size());
+      for (std::size_t m = 0; m < view.offsets.size(); ++m)
+        for (std::size_t i = 0; i < count; ++i) {
+          const sim::V3 off =
+              picture.points[m * count + i] - view.point(place(seen.moments[at], m, 3 * i));
+          CHECK(dot(off, off) < 1e-8F);
+        }
+    }
     CHECK((view.origin - 0.5 * (low + high)).norm() < 0.1 * (high - low).norm());
   }
+}
+
+TEST_CASE("up is that of the first system of particles") {
+  Seen seen = cloth(3, 0);
+  seen.models.resize(3, seen.models[0]);
+  for (Moment& moment : seen.moments) moment.resize(3, moment[0]);
+  seen.models[0].up = {1, 0, 0};
+  seen.models[1].up = {0, 0, 1};
+  seen.models[2].up = {0, -1, 0};
+  for (std::size_t first = 0; first < 3; ++first) {
+    CHECK(sim::make_viewpoint(seen.models, seen.moments, {}).up == seen.models[first].up);
+    seen.models[first].second_order = false;
+  }
+  CHECK(sim::make_viewpoint(seen.models, seen.moments, {}).up == sim::Vec3(0, 1, 0));
 }
 
 TEST_CASE("the ground is a plane that is there, or below everything") {
@@ -350,6 +377,26 @@ TEST_CASE("numbers of a lattice colour by their names") {
   CHECK_THROWS_AS(lattice("{3, 4}", 12, "look = { color = 'w' },"), sim::Error);
 }
 
+TEST_CASE("a scale that is set colours as one that is asked for") {
+  const Seen seen = cloth(5, 40);
+  const auto colours = [](const sim::Scenery& scenery) {
+    std::vector<float> list;
+    for (const sim::V3& each : scenery.picture(40).colours)
+      list.insert(list.end(), {each.x, each.y, each.z});
+    return list;
+  };
+  Look narrow, wide;
+  sim::read_colour("speed:0.5", narrow);
+  sim::read_colour("speed:20", wide);
+  sim::Scenery scenery(seen.models, seen.moments, narrow);
+  const sim::Scenery wanted(seen.models, seen.moments, wide);
+  REQUIRE(colours(wanted).size() == 75);
+  CHECK(colours(scenery) != colours(wanted));
+  scenery.set_scale(sim::colour_scale(wide, seen.models, seen.moments));
+  CHECK(colours(scenery) == colours(wanted));
+  CHECK(scenery.scale().most == 20);
+}
+
 TEST_CASE("scales end at 1, 2, 3 or 5 times a power of ten") {
   CHECK(sim::round_up(0.0123) == Approx(0.02));
   CHECK(sim::round_up(1) == 1);
@@ -407,6 +454,28 @@ TEST_CASE("a picked particle shows its springs, by family") {
     return text.text == "structural 4 11 13 20";
   });
   CHECK(said);
+}
+
+// The picked ones are balls in systems that have them and springs.
+TEST_CASE("what is picked is drawn where it is there and has springs") {
+  Seen seen = cloth(3, 0);
+  const Seen large = cloth(4, 0);
+  for (const bool loose : {false, true}) {
+    seen.models.push_back(large.models[0]);
+    seen.moments[0].push_back(large.moments[0][0]);
+    if (loose) seen.models.back().families.clear();
+  }
+  sim::Scenery scenery(seen.models, seen.moments, {});
+  const auto balls = [&] {
+    const sim::Picture picture = scenery.picture(0);
+    return std::ranges::count(picture.balls, 0.016F, &sim::PictureBall::radius);
+  };
+  CHECK(balls() == 0);
+  for (const auto& [picked, wanted] :
+       {std::pair{std::vector{2}, 2}, {{8}, 2}, {{9}, 1}, {{15}, 1}, {{16}, 0}, {{0, 12, 8}, 5}}) {
+    scenery.set_picked(picked);
+    CHECK(balls() == wanted);
+  }
 }
 
 TEST_CASE("edges of a solid are sharp, and a sheet is smooth") {

@@ -266,3 +266,87 @@ TEST_CASE("surfaces that do not turn are known by numbers, with the gaps of thei
     }
   }
 }
+
+namespace {
+
+// The colliders of a scene with a particle far away; walls of a room count each.
+std::vector<const sim::Collider*> colliders_of(const sim::test::TextRun& run) {
+  const auto& particles = dynamic_cast<const sim::ParticleSystem&>(run.system.ode());
+  std::vector<const sim::Collider*> list;
+  for (const auto& each : particles.contacts().all()) list.push_back(&*each);
+  return list;
+}
+
+std::string scene_with(const std::string& collider) {
+  return "local p = sim.particles { mass = 1 }\np:add {0.1, 0.05, 0}\nreturn sim.scene { "
+         "particles = p, forces = {}, colliders = { sim.collider." +
+         collider + " }, integrator = 'rk4', dt = 0.01, duration = 1 }\n";
+}
+
+}  // namespace
+
+// The gap changes by no more than the way (it is a distance), so that in a box it is at least that
+// of the middle less the half diagonal; a clearance lies between that and the gap anywhere in it.
+TEST_CASE("the clearance of a box is a bound of the gaps in it, and no poor one") {
+  const std::string ways[] = {
+      "", ", motion = sim.motion.swing { amplitude = {0.1, 0.2, 0}, period = 2 }",
+      ", motion = sim.motion.spin { axis = {1, 0, 2}, period = 3 }"};
+  for (const std::string shape :
+       {"plane { point = {0, -2, 0}, normal = {0.3, 1, 0.1}",
+        "sphere { center = {1, 2, 0}, radius = 0.5", "sphere { radius = 5, inside = true",
+        "box { center = {0, 2, 0}, half = {0.5, 0.3, 0.7}",
+        "box { center = {0, 2, 0}, half = {0.5, 0.3, 0.7}, turn = {0.2, 0.5, 0.3}",
+        "box { half = {4, 5, 6}, inside = true",
+        "capsule { a = {1, 1, 0}, b = {1, 3, 1}, radius = 0.3",
+        "capsule { a = {-1, 0, 0}, b = {1, 0, 0}, radius = 4, inside = true"})
+    for (const std::string& way : ways) {
+      if (shape.starts_with("plane") && way.find("spin") != way.npos) continue;  // it may not turn
+      INFO(shape << way);
+      const sim::test::TextRun run(scene_with(shape + ", thickness = 0.02" + way + " }"), "rk4",
+                                   0.01);
+      for (const sim::Collider* const collider : colliders_of(run))
+        for (int k = 0; k < 24; ++k) {
+          const double t = 0.1 * k;
+          const sim::Vec3 middle(3 * std::sin(3.0 * k), 3 * std::sin(5.0 * k + 1),
+                                 std::sin(7.0 * k)),
+              half(0.1 + 0.02 * k, 0.5 / (k + 1), k % 3 == 0 ? 0 : 0.3);
+          const double bound = collider->clearance(t, middle, half);
+          CHECK(bound >= collider->query(t, middle).gap - half.norm() - 1e-12);
+          double least = HUGE_VAL;
+          for (int i = 0; i < 27; ++i) {
+            const sim::Vec3 off((i % 3 - 1) * half.x(), (i / 3 % 3 - 1) * half.y(),
+                                (i / 9 - 1) * half.z());
+            least = std::min(least, collider->query(t, middle + off).gap);
+          }
+          CHECK(bound <= least + 1e-12);
+        }
+    }
+}
+
+// The center's speed, and omega r of what a rotation moves other than along the surface.
+TEST_CASE("the speed of a surface is bounded by its closed form") {
+  constexpr double kOmega = 2 * 3.14159265358979323846 / 3;
+  const auto spin = [](const std::string& axis) {
+    return ", motion = sim.motion.spin { axis = {" + axis + "}, period = 3 } }";
+  };
+  const std::string line = ", motion = sim.motion.line { velocity = {2, -1, 2} } }",
+                    rod = "capsule { a = {0, 1, 0}, b = {0, 1, 4}, radius = 0.3";
+  const struct {
+    std::string text;
+    double speed;
+  } cases[] = {{"sphere { center = {1, 2, 0}, radius = 0.5 }", 0},
+               {"sphere { center = {1, 2, 0}, radius = 0.5" + line, 3},
+               {"sphere { center = {1, 2, 0}, radius = 0.5" + spin("0, 1, 1"), 0},
+               {"sphere { radius = 9, inside = true" + spin("1, 0, 0"), 0},
+               {rod + spin("0, 0, 1"), kOmega * 0.3},
+               {rod + spin("1, 0, 0"), kOmega * (2 + 0.3)},
+               {rod + spin("0, 3, 4"), kOmega * (2 * 0.6 + 0.3)},
+               {"box { center = {0, 9, 0}, half = {2, 1, 2}" + spin("0, 0, 1"), kOmega * 3},
+               {"box { center = {0, 9, 0}, half = {2, 1, 2}" + line, 3}};
+  for (const auto& [text, speed] : cases) {
+    INFO(text);
+    const sim::test::TextRun run(scene_with(text), "rk4", 0.01);
+    REQUIRE(colliders_of(run).size() == 1);
+    CHECK(colliders_of(run)[0]->max_speed(0.2, 0.3) == Approx(speed).margin(1e-12));
+  }
+}

@@ -37,6 +37,22 @@ TEST_CASE("files of frames take a model each, one more while they are made, and 
   CHECK(memory_estimate_of_files(sim_test::make_circle(), 3).parts.empty());
 }
 
+TEST_CASE("files that have no room are refused at the place of the system") {
+  SystemSpec cloth = sim_test::make_cloth(20);
+  cloth.place = "scene.lua:7";
+  require_room_for_files(cloth, 3);
+  try {
+    require_room_for_files(cloth, 2'000'000'000);
+    FAIL("no machine has so much");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kIo);
+    CHECK(error.text().what == "too little memory");
+    CHECK(error.text().where == "scene.lua:7");
+    CHECK(error.text().why.starts_with("the files of '" + cloth.name + "' need "));
+    CHECK(error.text().remedy == "write fewer of them in one run");
+  }
+}
+
 TEST_CASE("stages, ties and implicit vectors count where they are") {
   Registry registry = sim_test::make_registry();
   const SystemSpec cloth = sim_test::make_cloth(20);

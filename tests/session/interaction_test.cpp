@@ -287,6 +287,39 @@ TEST_CASE("what is no recording is refused with its line") {
   says("+1 move 1 2 3 4 over 99999999999999\n", "number of steps");
 }
 
+// The place, why, and what to do, in this order.
+TEST_CASE("refusals of a recording are whole sentences") {
+  const std::pair<const char*, const char*> cases[] = {
+      {"+x grab 1\n", "bad line: r:1: '+x' is no number of steps; write +STEPS ACTION"},
+      {"\ngrab 1\n",
+       "bad line: r:2: 'grab' is neither +STEPS nor a word of the header; write +STEPS ACTION"},
+      {"+1 grab 1\nscene x\n",
+       "bad line: r:2: 'scene' belongs above the first +STEPS; put it there"},
+      {"scene\n", "bad line: r:1: 'scene' has no value; give one, or remove it"},
+      {"+1 end 0123456789abcdef\n+1 grab 1\n",
+       "bad line: r:2: the recording has ended before it; remove what comes after the end"},
+      {"+9000000000000000 grab 1\n+9000000000000000 grab 1\n",
+       "bad line: r:2: too many steps; write fewer"},
+      {"+1 end abc\n",
+       "bad line: r:1: the end has no hash of 16 digits; remove the line to replay without it"},
+      {"+1 back 2\n", "bad line: r:1: it goes back '2' steps of 1; write +STEPS back N"},
+      {"+1 undo 1\n", "bad line: r:1: it takes back '1' actions of 0; write +STEPS undo N"}};
+  for (const auto& [text, whole] : cases) CHECK(refusal(text) == whole);
+}
+
+// Whole with the hash of every system at its end.
+TEST_CASE("a recording is whole when all of its systems have ended") {
+  const auto whole = [](const std::string& text) { return recording(text).whole; };
+  const std::string end = "end 0123456789abcdef\n";
+  CHECK_FALSE(whole(""));
+  CHECK_FALSE(whole("+1 grab 1\n"));
+  CHECK(whole("+1 grab 1\n+2 " + end));
+  CHECK_FALSE(whole("+1 grab 1\n+2 end 0123456789abcdef"));  // a line that was cut off
+  CHECK(whole("+1 a: " + end + "+1 b: " + end));
+  CHECK_FALSE(whole("+1 a: " + end + "+1 b: grab 1\n"));
+  CHECK_FALSE(whole("+1 a: grab 1\n+1 b: " + end));
+}
+
 // A live view informs the companion before and after an action of a user.
 TEST_CASE("errors are known while hands pull, for their companion is under the same hands") {
   sim::Registry registry = make_registry();

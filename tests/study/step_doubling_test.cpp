@@ -1,12 +1,14 @@
 // A run and its shadow: how far they part is how wrong the run is.
 #include "core/study/verdict/step_doubling.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "core/study/accuracy/reference.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
+#include "core/study/verdict/refined_run.h"
 #include "core/study/verdict/verdict.h"
 #include "tests/lua/scene_text.h"
 #include "tests/study/judged_run.h"
@@ -28,6 +30,24 @@ sim::SystemSpec make_lorenz() {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "what a refined run is compared by are the coordinates of all particles, or all numbers") {
+  sim::Registry registry = sim_test::make_registry();
+  for (const int n : {1, 3, 4}) {
+    sim::Simulation cloth(sim_test::make_cloth(n + 1), registry,
+                          {.integrator = {"rk4"}, .dt = 0.01});
+    for (int i = 0; i < 5; ++i) REQUIRE(cloth.step());
+    const std::vector<double> x = sim::study::positions(cloth);
+    REQUIRE(x.size() == 3 * static_cast<std::size_t>(cloth.particles()));
+    for (int i = 0; i < cloth.particles(); ++i)
+      for (int axis = 0; axis < 3; ++axis)
+        CHECK(x[static_cast<std::size_t>(3 * i + axis)] == cloth.position(i)[axis]);
+  }
+  sim::Simulation circle(sim_test::make_circle(), registry, {.integrator = {"rk4"}, .dt = 0.01});
+  REQUIRE(circle.step());
+  CHECK(std::ranges::equal(sim::study::positions(circle), circle.state()));
+}
 
 // The jump of van der Pol's oscillator comes a little earlier or later: that is no chaos.
 TEST_CASE("neighbours that part for a moment are not chaotic") {

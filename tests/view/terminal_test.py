@@ -127,6 +127,18 @@ def test_touch():
     os.remove(one.record)
 
 
+def test_status():
+    """The share of the largest stable step is known in a scene of particles."""
+    for scene, share in (("scenes/cloth.lua", True), ("scenes/circle.lua", False)):
+        one = Terminal(scene, columns=120)
+        line = one.until(rb"t = [^\x1b]* x real time|t = [^\x1b]*  paused")[0]
+        assert (b" % of limit" in line) == share, line
+        assert b"nan" not in line, line
+        one.write("q")
+        assert one.wait() == 0
+        os.remove(one.record)
+
+
 def test_ways_out():
     for number, code in ((signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, -1),
                          (signal.SIGQUIT, -3), (signal.SIGSEGV, -11), (signal.SIGABRT, -6)):
@@ -156,6 +168,7 @@ def test_cost():
 
 if __name__ == "__main__":
     test_touch()
+    test_status()
     test_ways_out()
     test_cost()
     print("ok")

@@ -14,8 +14,11 @@ using namespace sim::test;
 
 namespace {
 
-// Cubes of 1 kg and 1 m on each other, which fall at 1 m/s and slide at `slide` m/s.
+// Cubes of 1 kg and 1 m on each other, which fall at 1 m/s and slide at `slide` m/s. With a floor
+// they stand on a fixed body, the first, instead of a collider.
 struct Towers {
+  explicit Towers(bool floor = false) : bodies(floor ? 1 : 0) {}
+
   std::vector<SolverBody> bodies;
   std::vector<ContactPoint> contacts;
 
@@ -32,6 +35,11 @@ struct Towers {
         m.first = base + level, m.second = level > 0 ? base + level - 1 : -1;
         m.normal = {0, 1, 0};
         m.arm1 = along - Vec3(0, 0.5, 0), m.arm2 = along + Vec3(0, 0.5, 0);
+        if (m.second < 0 && bodies[0].inverse_mass == 0) {
+          m.second = m.first, m.first = 0;
+          m.normal = -m.normal;
+          std::swap(m.arm1, m.arm2);
+        }
         m.friction = 0.3, m.active = true, m.duration = 0.01;
       }
     }
@@ -63,6 +71,28 @@ TEST_CASE("an island of bodies is solved as if it were alone, on any number of t
     for (std::size_t i = 0; i < 6; ++i) CHECK(same_bits(together.bodies[i], first.bodies[i]));
     for (std::size_t k = 0; k < 11; ++k)
       for (std::size_t i = 0; i < 10; ++i)
+        CHECK(same_bits(together.bodies[6 + 10 * k + i], second.bodies[i]));
+  }
+}
+
+// A fixed body under all of them, and points of theirs that do not touch, join no islands.
+TEST_CASE("an island ends at what is fixed and where nothing touches", "[rigid]") {
+  Towers all(true), first(true), second(true);
+  for (int k = 0; k < 5; ++k) all.add(k == 0 ? 6 : 10, k == 0 ? 0.02 : 0.03);
+  first.add(6, 0.02), second.add(10, 0.03);
+  first.solve(1e-12), second.solve(1e-12);
+  for (const bool near : {false, true}) {
+    Towers together = all;
+    for (int k = 0; near && k < 4; ++k) {
+      ContactPoint& m = together.contacts.emplace_back();
+      m.first = 6 + 10 * k, m.second = 16 + 10 * k;  // their tops
+      m.normal = {1, 0, 0};
+    }
+    together.solve(1e-12);
+    CHECK(together.bodies[0].velocity == Vec3::Zero());
+    for (std::size_t i = 1; i <= 6; ++i) CHECK(same_bits(together.bodies[i], first.bodies[i]));
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t i = 1; i <= 10; ++i)
         CHECK(same_bits(together.bodies[6 + 10 * k + i], second.bodies[i]));
   }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/particles/step_correction.h"
 #include "tests/support/sheets.h"
 
 using namespace sim_test;
@@ -33,6 +34,18 @@ Outcome run(const sim::SystemSpec& spec, int steps, int every = 1, bool compare 
       outcome.energy_rise = std::max(outcome.energy_rise, system.energy().total() - allowed);
     }
     if (n % every == 0 || n + 1 == steps) outcome.crossings += crossings(system, spec);
+  }
+  for (const auto& each : system.corrections()) {
+    // The sheets have no constraints.
+    const auto pairs = static_cast<long>(figure_of(system, "pairs")),
+               zones = static_cast<long>(figure_of(system, "zones"));
+    std::string words = "contact kept none apart";
+    if (figure_of(system, "steps") > 0)
+      words = "contact kept up to " + std::to_string(pairs) + (pairs == 1 ? " pair" : " pairs") +
+              " apart" +
+              (zones > 0 ? ", " + std::to_string(zones) + " particles as one piece" : "");
+    CHECK(each->account().words == words);
+    CHECK(figure_of(system, "shortened") == 0);
   }
   outcome.most_zones = static_cast<std::int64_t>(figure_of(system, "zones"));
   outcome.steps = static_cast<std::int64_t>(figure_of(system, "steps"));

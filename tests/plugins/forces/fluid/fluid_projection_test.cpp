@@ -141,6 +141,40 @@ TEST_CASE("rows of a fluid are the derivatives of its densities, images and movi
   CHECK(one == Approx(other).epsilon(1e-12));
 }
 
+// Pairs of which two of the three differences are exactly 0, in blocks of eight that are not full.
+TEST_CASE("rows of particles in one line along an axis are the derivatives of their densities") {
+  for (const std::size_t axis : {0, 1, 2})
+    for (int count = 2; count <= 17; ++count) {
+      CAPTURE(axis, count);
+      constexpr double kMoment = 1e-5;
+      std::vector<double> rates, ends[2];
+      for (const int side : {-1, 0, 1}) {
+        Lump lump(3);
+        lump.n = lump.view.n = count;
+        lump.view.t = kMoment * side;
+        for (std::size_t k = 0; k < 3; ++k)
+          for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+            const double number = static_cast<double>(i);
+            lump.q[k][i] = k == axis ? 9 + 0.9 * number : 9;
+            lump.v[k][i] = k == axis ? std::sin(2 * number) : 0;
+            lump.q[k][i] += lump.view.t * lump.v[k][i];
+          }
+        const DensityConstraints rows = lump.rows();
+        if (side != 0) {
+          ends[side > 0] = densities(rows, count);
+          continue;
+        }
+        const std::vector<double> way = at_places(rows, lump);
+        std::vector<double> at(static_cast<std::size_t>(rows.places()));
+        rows.rate(way.data(), at.data(), lump.pool);
+        for (int i = 0; i < count; ++i)
+          rates.push_back(at[static_cast<std::size_t>(rows.place(i))]);
+      }
+      for (std::size_t i = 0; i < rates.size(); ++i)
+        CHECK(rates[i] == Approx((ends[1][i] - ends[0][i]) / (2 * kMoment)).margin(1e-5));
+    }
+}
+
 TEST_CASE("rows of a fluid have the densities and the friction of its forces") {
   Lump lump(6);
   const DensityConstraints rows = lump.rows();
