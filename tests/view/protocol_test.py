@@ -30,7 +30,10 @@ def test_who_is_let_in(server):
     own = "/" + server.token + "/"
     status, page = server.get(own)
     assert status == 200 and b"<!doctype html>" in page and b"@SOCKET@" not in page
-    assert server.get(own, host="localhost:9999")[0] == 200  # through a tunnel
+    for host in ("localhost:9999", "localhost", "127.0.0.1", "127.0.0.1:1"):  # through a tunnel
+        assert server.get(own, host)[0] == 200, host
+    for host in ("localhost:", "localhost:1x", "127.0.0.1:80:80", "8080", ":8080", "localhost:-1"):
+        assert server.get(own, host)[0] in (0, 403), host
     for path, host in (("/", None), ("/" + "0" * 32 + "/", None), (own + "../etc/passwd", None),
                        (own[:-2], None), (own, "evil.example"), (own, "127.0.0.1.evil.example"),
                        (own, "[::1"), (own, "[::2]"), (own, "[::1].evil.example"),
