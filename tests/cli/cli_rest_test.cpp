@@ -15,7 +15,13 @@ TEST_CASE("sim rest says what force is left, as words, as JSON and as a table") 
                             Catch::Contains("potential energy -4.554761629 J"));
   const Outcome json = run_sim({"rest", "scenes/cloth.lua", "--json"});
   CHECK(json.code == 0);
-  CHECK_THAT(json.out, Catch::Contains("\"potential\":-4.55476162931"));
+  const Json facts = read_json(json.out);
+  CHECK(facts.keys == std::vector<std::string>{"system", "force", "in_play", "potential", "steps",
+                                               "newton", "broke"});
+  CHECK(facts.at("system").text == "cloth");
+  CHECK(facts.at("potential").number == Approx(-4.55476162931).epsilon(1e-11));
+  CHECK(facts.at("force").number < 1e-9 * facts.at("in_play").number);
+  CHECK(facts.at("broke").number == 0);
   const Outcome table = run_sim({"rest", "scenes/pendulum.lua", "--dump"});
   CHECK(table.code == 0);
   CHECK(table.out.rfind("step,t,particle,x,y,z,vx,vy,vz", 0) == 0);

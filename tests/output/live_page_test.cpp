@@ -136,4 +136,19 @@ TEST_CASE("a live page tells bodies from other solids", "[output]") {
   }
   std::ranges::sort(bodies);
   CHECK(bodies == std::vector<std::string>{"body", "collider"});
+
+  // Each is where it is at a moment, whatever else is known.
+  std::vector<sim::Moment> moments{moment};
+  for (int i = 0; i < 20; ++i) REQUIRE(system.step());
+  moments.push_back({sim::take_frame(system)});
+  const sim::Page page(models, sim::Moments(moments.data(), 2), {});
+  std::vector<double> heights;
+  for (const sim::Moment& each : moments)
+    for (const sim_test::Json& solid : sim_test::read_json(page.solids(each, 0)).list) {
+      REQUIRE(solid.at("at").list.size() == 1);
+      heights.push_back(solid.at("at").list[0].list.at(1).number);
+    }
+  REQUIRE(heights.size() == 4);
+  CHECK(heights[0] == heights[2]);  // the collider
+  CHECK(heights[1] > heights[3]);   // the body falls
 }

@@ -87,6 +87,40 @@ TEST_CASE("a box lies on a smaller box and on a capsule, and falls from where it
   CHECK(ends(rails, 0.5).center.y() < 0.05);
 }
 
+// It touches at both ends of its part above the face, and tips where its middle is beyond.
+TEST_CASE("a capsule lies across what is narrower, and falls from where it must", "[rigid]") {
+  const auto ends = [](const std::string& under, const std::string& colliders, double x) {
+    TextRun scene(
+        scene_of(
+            kCube + under +
+                "local b = sim.rigid { shape = sim.capsule { radius = 0.1, length = 1.6 }, mass "
+                "= 1, friction = 0.5, rotation = {0, 0, math.pi / 2}, position = { " +
+                std::to_string(x) + ", 0.1, 0 } }",
+            "bodies = { b" + std::string(under.empty() ? "" : ", table") + " }, colliders = { " +
+                colliders + " }"),
+        "verlet", 0.005);
+    scene.run_to(0.8);
+    return scene.system.body_state(0);
+  };
+  const std::string fixed = "sim.collider.box { half = {0.3, 1, 0.3}, center = {0, -1, 0} }",
+                    floor = "sim.collider.plane { point = {0, -0.6, 0}, friction = 1 }";
+  const auto table = [](const std::string& shape) {
+    return "local table = sim.rigid { shape = " + shape +
+           ", mass = 50, position = {0, -0.3, 0}, friction = 0.5 }\n";
+  };
+  for (const auto& [under, colliders] : {std::pair{std::string(), fixed},
+                                         {table("sim.box { half = {0.3, 0.3, 0.3} }"), floor},
+                                         {table("cube(0.3)"), floor}}) {
+    CAPTURE(under);
+    for (const double x : {0.0, 0.1, -0.25}) {
+      const RigidState lies = ends(under, colliders, x);
+      CHECK((lies.center - Vec3(x, 0.1, 0)).norm() < 1e-6);
+      CHECK(lies.velocity.norm() + lies.angular_velocity.norm() < 1e-6);
+    }
+    for (const double x : {0.4, -0.4}) CHECK(ends(under, colliders, x).center.y() < 0.05);
+  }
+}
+
 TEST_CASE("a box that hits a ball in the middle goes back as Newton says", "[rigid]") {
   for (const char* shape : {"sim.box { half = {0.2, 0.1, 0.3} }", "octahedron(0.2)",
                             "sim.capsule { radius = 0.2, length = 0.4 }"}) {
