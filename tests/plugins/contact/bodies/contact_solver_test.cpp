@@ -112,3 +112,31 @@ TEST_CASE("of inelastic impacts only a weak rest is left to resting contact", "[
     CHECK(row.energy() < 0.5);
   }
 }
+
+// gap - rate s + a s^2 / 2 has the roots p and q for gap = a p q / 2 and rate = a (p + q) / 2: the
+// first that is not negative counts, at most h.
+TEST_CASE("the time since a gap closed is the first root of its way back", "[rigid]") {
+  constexpr double kH = 0.01;
+  const double roots[] = {-3, -1, -0.2, 0, 0.1, 0.35, 0.8, 1.5, 4};  // of h
+  const auto first = [](std::initializer_list<double> list) {
+    double best = kH;
+    for (const double root : list)
+      if (root >= 0) best = std::min(best, root);
+    return best;
+  };
+  for (const double a : {-50.0, -1.0, 0.02, 9.81})
+    for (const double p : roots)
+      for (const double q : roots) {
+        CAPTURE(a, p, q);
+        const double one = p * kH, other = q * kH;
+        // Where both are the same they are known to the root of the rounding.
+        CHECK(time_since(0.5 * a * one * other, 0.5 * a * (one + other), a, kH) ==
+              Approx(first({one, other})).margin(p == q ? 1e-9 : 1e-14));
+      }
+  for (const double rate : {-2.0, 0.3})
+    for (const double p : roots) {
+      CAPTURE(rate, p);
+      CHECK(time_since(rate * p * kH, rate, 0, kH) == Approx(first({p * kH})).margin(1e-16));
+    }
+  CHECK(time_since(-1e-3, 0, 0, kH) == kH);  // it never closed
+}
