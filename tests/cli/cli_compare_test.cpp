@@ -77,6 +77,24 @@ TEST_CASE("pictures of sim compare are as large as their panels") {
   }
 }
 
+// One --dt for all methods, or one method with several.
+TEST_CASE("sim compare gives each method its step") {
+  const auto steps = [](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"compare", "scenes/pendulum1.lua", "-T", "0.2", "--json"});
+    const Outcome outcome = run_sim(arguments);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    std::vector<double> list;
+    for (const Json& each : read_json(outcome.out).at("methods").list)
+      list.push_back(each.at("steps").number);
+    return list;
+  };
+  using Steps = std::vector<double>;
+  CHECK(steps({"-i", "rk4", "-i", "verlet", "-i", "rk3", "-d", "0.01"}) == Steps{20, 20, 20});
+  CHECK(steps({"-i", "rk4", "-d", "0.01", "-d", "0.02"}) == Steps{20, 10});
+  CHECK(steps({"-i", "rk4", "-i", "verlet", "-d", "0.02", "-d", "0.01"}) == Steps{10, 20});
+}
+
 TEST_CASE("sim compare judges by what the scene observes, too") {
   const auto compared = [](const std::string& of) {
     const Outcome outcome = run_sim({"compare", "scenes/pendulum.lua", "-T", "2", "--of", of, "-i",

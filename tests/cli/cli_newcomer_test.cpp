@@ -125,6 +125,7 @@ TEST_CASE("doctor names optional parts that are absent, and their packages") {
   CHECK(outcome.code == 0);
   CHECK(has(outcome.out, "absent ffmpeg       films; install ffmpeg\n"));
   CHECK(has(outcome.out, "absent lammps       --engine lammps; needs the package lammps\n"));
+  CHECK(has(outcome.out, "absent MPI          --ranks; install openmpi-bin\n"));
   CHECK(has(outcome.out, "all is well"));
   CHECK(has(run_sim({"doctor", "--json"}, {.environment = {{"PATH", folder.path().string()}}}).out,
             "{\"check\":\"ffmpeg\",\"ok\":true,\"absent\":true"));

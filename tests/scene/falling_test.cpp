@@ -1,4 +1,5 @@
 // Free fall and terminal speed: closed forms of the motion and of each method's discrete path.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -72,4 +73,28 @@ TEST_CASE("mass does not change a free fall, and divides the drag") {
   REQUIRE(run(heavy, 100));
   CHECK((light.position(0) - heavy.position(0)).norm() <= 1e-13);
   CHECK(heavy.energy().kinetic == Approx(1e6 * light.energy().kinetic).epsilon(1e-13));
+}
+
+// v = v_0 e^(-k t / m) of those that the drag is kept to, v_0 of the others, for every k.
+TEST_CASE("drag that is kept to some particles slows these alone, whatever it is") {
+  sim::Registry registry = make_registry();
+  for (const double k : {0.0, 0.3, 1.0, 2.0})
+    for (const char* method : {"rk4", "verlet", "dopri5", "implicit_midpoint"}) {
+      CAPTURE(k, method);
+      sim::SystemSpec spec = make_falling(1, 0);
+      spec.particles->list.clear();
+      for (int i = 0; i < 11; ++i)
+        spec.particles->list.push_back(
+            {.position = {1.0 * i, 0, 0}, .velocity = {1, 2, 3}, .mass = 1.0 + i});
+      sim::PartSpec drag = make_drag(k);
+      drag.particles = std::vector<int>{1, 2, 7, 10};
+      spec.forces = {drag};
+      sim::Simulation system(spec, registry, {.integrator = method, .dt = 0.01});
+      REQUIRE(run(system, 50));
+      for (int i = 0; i < 11; ++i) {
+        const bool slowed = std::ranges::count(*drag.particles, i) > 0;
+        const double left = slowed ? std::exp(-k * 0.5 / (1 + i)) : 1;
+        CHECK((system.velocity(i) - left * sim::Vec3(1, 2, 3)).norm() < 1e-5);
+      }
+    }
 }
