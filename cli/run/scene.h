@@ -26,11 +26,11 @@ inline constexpr std::int64_t kMostThreads = 1024;
 
 struct SceneRequest {
   std::string scene = "scenes/cloth.lua";
-  std::map<std::string, std::string> settings;  // --set
-  std::vector<std::string> off;                 // --off: switches
-  std::vector<std::string> without;             // --without
+  std::map<std::string, std::string> settings{};  // --set
+  std::vector<std::string> off{};                 // --off: switches
+  std::vector<std::string> without{};             // --without
   std::uint64_t seed = 0;
-  MethodChoice integrator;
+  MethodChoice integrator{};
   double dt = 0;  // s; 0 = the scene's own
   Threads threads{};
   LuaLimits lua = {};

@@ -20,10 +20,10 @@ struct Launch {
 
 // The contents of its log in a folder; empty if there is none.
 struct EngineLog {
-  std::string version;                 // "LAMMPS (29 Sep 2021)"
-  std::string error;                   // its last line of an error
-  std::optional<std::int64_t> halted;  // the last step that it could not take further
-  std::string why;                     // it halted
+  std::string version{};                 // "LAMMPS (29 Sep 2021)"
+  std::string error{};                   // its last line of an error
+  std::optional<std::int64_t> halted{};  // the last step that it could not take further
+  std::string why{};                     // it halted
 };
 
 // The states that it writes, read one by one while they are written.

@@ -60,8 +60,8 @@ struct ChartBar {
 // Values >= 0 on an axis of decades, and one value across all of them: bars that do not reach it
 // are red, the others green.
 struct BarChart {
-  std::string title, x_name;
-  std::vector<ChartBar> bars;
+  std::string title{}, x_name{};
+  std::vector<ChartBar> bars{};
   double mark = 0;  // > 0
 };
 

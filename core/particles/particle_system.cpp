@@ -40,10 +40,10 @@ void check_single(const ParticleSystem& system) {
   for (const Force* force : system.other_forces())
     refuse("force '" + system.name_of(*force) + "' is double precision only");
 
-  constexpr double kLeast = 1e-20, kMost = 1e20;
+  constexpr double kLeastSingle = 1e-20, kMostSingle = 1e20;
   const auto check = [&](double value, const std::string& what) {
     const double size = std::fabs(value);
-    if (size != 0 && !(size >= kLeast && size <= kMost))
+    if (size != 0 && !(size >= kLeastSingle && size <= kMostSingle))
       refuse(what + " of " + shortest(value) + " is not between 1e-20 and 1e20");
   };
   const Motion& motion = system.motion();

@@ -122,8 +122,8 @@ double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iteration
 
 // With kinetic damping, see the header.
 Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& stop) {
-  constexpr std::int64_t kSteps = 30'000, kMore = 500;  // after forces are good
-  constexpr double kPatience = 30;                      // s; who waits longer runs the scene
+  constexpr std::int64_t kLongest = 30'000, kMore = 500;  // after forces are good
+  constexpr double kWait = 30;                            // s; who waits longer runs the scene
   constexpr int kIdle = 100;                            // peaks without a clearly smaller force
   constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   constexpr double kFound = 1e-6, kBetter = 0.9;
@@ -134,7 +134,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   const auto began = std::chrono::steady_clock::now();
   const auto late = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() >
-           kPatience;
+           kWait;
   };
   const Snapshot begin = simulation.snapshot();
   const double size = scene_size(simulation);
@@ -154,13 +154,13 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   bool far = false;
   std::int64_t good_since = -1;
   simulation.stop_when(stop);
-  for (std::int64_t& steps = rest.effort.steps; steps < kSteps && !far; ++steps) {
+  for (std::int64_t& steps = rest.effort.steps; steps < kLongest && !far; ++steps) {
     if (stop && stop()) {
       rest.why = "interrupted";
       break;
     }
     if (late()) {
-      rest.why = brief(kPatience, 3) + " s were not enough";
+      rest.why = brief(kWait, 3) + " s were not enough";
       rest.remedy = "run the scene with drag until it rests";
       break;
     }
@@ -216,7 +216,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
 }  // namespace
 
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
-  constexpr int kSteps = 200, kIdle = 4;
+  constexpr int kNewtonSteps = 200, kIdle = 4;
   constexpr double kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
   constexpr double kFar = 1000;  // sizes of the scene, beyond which nothing bound moves
   check(simulation);
@@ -241,7 +241,7 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   double h = 10 * simulation.h();
   int idle = 0, refused = 0;
   system.stop_when(stop);
-  for (int step = 0; step < kSteps && least > kEnough * scale && idle < kIdle; ++step) {
+  for (int step = 0; step < kNewtonSteps && least > kEnough * scale && idle < kIdle; ++step) {
     if (stop && stop()) {
       rest.why = "interrupted";
       break;

@@ -51,6 +51,7 @@ std::map<std::string, sim::Value> acceptable(const sim::PluginInfo& info) {
         break;
       case sim::ParamType::kMotion:  // no force has one yet
       case sim::ParamType::kLaw:
+      case sim::ParamType::kList:
       case sim::ParamType::kPath:
       case sim::ParamType::kCurve:
       case sim::ParamType::kCollider:  // an example has one

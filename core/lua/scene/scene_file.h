@@ -18,7 +18,7 @@ namespace sim {
 
 struct SceneOptions {
   std::vector<std::filesystem::path> search_path;  // folders that hold sim/ and scenes/
-  std::map<std::string, std::string> settings;     // --set name=value
+  std::map<std::string, std::string> settings{};   // --set name=value
   std::uint64_t seed = 0;                          // of math.random in the scene
   LuaLimits limits = {};
   std::optional<std::string> text = {};  // replaces the contents of the file, which need not exist

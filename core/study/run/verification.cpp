@@ -14,10 +14,10 @@ constexpr double kChaotic = 4, kObserved = 10;  // likewise, with neighbours
 
 // Stops on request, and after so many seconds.
 std::function<bool()> stop_after(double seconds, const std::function<bool()>& stop) {
-  using Clock = std::chrono::steady_clock;
-  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                      std::chrono::duration<double>(seconds));
-  return [end, stop] { return stop() || Clock::now() >= end; };
+  using std::chrono::steady_clock;
+  const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
+                                             std::chrono::duration<double>(seconds));
+  return [end, stop] { return stop() || steady_clock::now() >= end; };
 }
 
 void verify(const VerificationPlan& plan, Track& track, double seconds,

@@ -37,14 +37,14 @@ struct RunDeviation {
   double horizon = HUGE_VAL;     // s; until then the error is below 2 % of the size
   double growth = std::nan("");  // factor by which neighbouring states part in the whole run
   double rate = std::nan("");    // ... in one second
-  StrainedSpring strain;         // worst of the shadow, which may show states in between
-  std::vector<ObservedDeviation> observed;  // of each observer of the scene
-  std::vector<OtherFigures> figures;        // as StepDoubling::judge() asked
+  StrainedSpring strain{};       // worst of the shadow, which may show states in between
+  std::vector<ObservedDeviation> observed{};  // of each observer of the scene
+  std::vector<OtherFigures> figures{};        // as StepDoubling::judge() asked
   double missed_at = std::nan("");  // s, of a value of the right-hand side that no step has seen
 
   double others_broke_at = std::nan("");  // s, from when on the shadow has other broken ties
 
-  Pinch pinch;                       // the narrowest of the shadow
+  Pinch pinch{};                     // the narrowest of the shadow
   double pinched_at = std::nan("");  // s, when that was too narrow to know how it came out
 
   bool verified() const { return outcome == Outcome::kCompared; }
