@@ -385,3 +385,33 @@ TEST_CASE("float.lua floats as Archimedes says", "[lua][scenes]") {
   CHECK(heavy == Approx(0.295).margin(0.03));
   CHECK(light - heavy == Approx(0.06).margin(0.006));
 }
+
+TEST_CASE("every word of a look is read, alone and as a list", "[lua][scenes]") {
+  const auto look = [](const std::string& words) {
+    return load_text(
+               "local p = sim.grid { 3, 3, du = {1, 0, 0}, dv = {0, 1, 0}, mass = 1 }\n"
+               "return sim.scene { particles = p, forces = { sim.force.spring { family = "
+               "'edge', stiffness = 1, grid = p, offsets = { {0, 1} } } }, integrator = "
+               "'rk4', dt = 0.01, duration = 1, look = { " +
+               words + " } }")
+        .systems[0]
+        .look;
+  };
+  using Words = std::vector<std::string>;
+  CHECK(look("").empty());
+  CHECK(look("trail = 4").trails == Words{"4"});
+  CHECK(look("trail = 'none'").trails == Words{"none"});
+  CHECK(look("trail = {1, 8, 2}").trails == Words{"1", "8", "2"});
+  CHECK(look("springs = 'edge'").springs == Words{"edge"});
+  CHECK(look("springs = {3, 'edge'}").springs == Words{"3", "edge"});
+  CHECK(look("color = 'speed:2'").color == "speed:2");
+  CHECK(look("size = '320x200'").size == "320x200");
+  CHECK(look("wireframe = true").wireframe);
+  CHECK(look("wireframe = false").empty());
+  CHECK(look("eye = {1, 2, 3}, up = {0, 0, 1}, fov = 50").camera == "eye=1,2,3 up=0,0,1 fov=50");
+  CHECK(contains(text_error("local p = sim.particles { mass = 1 }\np:add {0, 0, 0}\nreturn "
+                            "sim.scene { particles = p, forces = {}, integrator = 'rk4', dt = "
+                            "0.01, duration = 1, look = { trail = {} , wireframe = 1 } }")
+                     ->what(),
+                 "bad wireframe of look"));
+}

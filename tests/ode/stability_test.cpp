@@ -49,6 +49,29 @@ TEST_CASE("drag gives methods a limit that have none without") {
   CHECK(limit("verlet") == Approx(1.038e-2).epsilon(1e-3));
 }
 
+// Of a step with the determinant 1 and the trace T = 2 - z^2: 1 within the limit, and beyond it the
+// larger root of r^2 - |T| r + 1 = 0.
+TEST_CASE("how fast a step grows beyond its limit is the root of its polynomial") {
+  sim::Registry registry = make_registry();
+  for (const char* name : {"verlet", "symplectic_euler"})
+    for (const double z : {0.3, 1.0, 1.999, 2.001, 2.1, 3.0, 10.0}) {
+      CAPTURE(name, z);
+      const double trace = std::abs(2 - z * z);
+      const double root = trace > 2 ? trace / 2 + std::sqrt(trace * trace / 4 - 1) : 1;
+      CHECK(radius_of(name, registry)(z, 0) == Approx(root).epsilon(1e-12));
+    }
+  // With the exact damping of both kicks of half a step, e = e^(-g/2): the determinant is e^2, and
+  // the trace 1 + e^2 - (1 + e) z^2 s with s = (1 - e) / g.
+  for (const double g : {0.2, 1.5})
+    for (const double z : {0.5, 2.5, 4.0}) {
+      CAPTURE(g, z);
+      const double e = std::exp(-g / 2), gain = (1 - e) / g;
+      const double trace = 1 + e * e - (1 + e) * z * z * gain, square = trace * trace / 4 - e * e;
+      const double root = square > 0 ? std::abs(trace) / 2 + std::sqrt(square) : e;
+      CHECK(radius_of("verlet", registry)(z, g) == Approx(root).epsilon(1e-12));
+    }
+}
+
 TEST_CASE("a radius that is not known gives no limit") {
   CHECK(std::isnan(sim::stable_step([](double, double) { return std::nan(""); }, 1, 0)));
   CHECK(std::isinf(sim::stable_step([](double, double) { return 1.0; }, 1, 0)));

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/session/difference.h"
+#include "tests/study/judged_run.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -79,6 +80,36 @@ TEST_CASE("a step that fails is no step of a timeline") {
   CHECK(taken < 100);
   CHECK(sim.step_count() == taken);
   CHECK_FALSE(timeline.step(sim));
+}
+
+// x' = x^2 has the solution x / (1 - x t), which is infinite at t = 1. What a method knew where it
+// failed is not used earlier.
+TEST_CASE("after a step that fails an earlier state goes on with the same bits") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec =
+      make_field({1, 0.5}, [](double, std::span<const double> x, std::span<double> d) {
+        for (std::size_t i = 0; i < 2; ++i) d[i] = x[i] * x[i];
+      });
+  int failed = 0;
+  for (const std::string& method : methods_for(spec, registry)) {
+    CAPTURE(method);
+    Simulation sim(spec, registry, {.integrator = {method}, .dt = 0.05});
+    std::vector<sim::Snapshot> states{sim.snapshot()};
+    while (states.size() < 60 && sim.step()) states.push_back(sim.snapshot());
+    if (states.size() == 60) continue;
+    ++failed;
+    REQUIRE(states.size() > 5);
+    for (const std::size_t back : {1, 2, 4}) {
+      const std::size_t from = states.size() - 1 - back;
+      sim.restore(states[from]);
+      for (std::size_t n = from + 1; n < states.size(); ++n) {
+        REQUIRE(sim.step());
+        CHECK(same_bits({sim.state().begin(), sim.state().end()}, states[n].x));
+      }
+      CHECK_FALSE(sim.step());
+    }
+  }
+  CHECK(failed > 8);
 }
 
 TEST_CASE("changes by hand are made again, and discarded by a change before them") {
