@@ -1,14 +1,16 @@
 // Sparse symmetric matrices with a fixed pattern.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "core/linear/block_matrix.h"
-
 namespace sim {
+
+// A pattern of 3 x 3 blocks: the pairs of nodes, such as particles, off the diagonal.
+using BlockPairs = std::span<const std::array<int, 2>>;
 
 // A sparse symmetric matrix and its factors L D L^T (by Eigen), in the order the rows have.
 class SparseSymmetric {

@@ -8,20 +8,13 @@
 #include "core/base/text.h"
 #include "core/particles/constraints/constrained_contact.h"
 #include "core/particles/constraints/constrained_impact_events.h"
-#include "core/particles/constraints/constrained_stage_solver.h"
 #include "core/particles/explicit/embedded_rk_stepper.h"
 #include "core/particles/explicit/generic_splitting_stepper.h"
 #include "core/particles/explicit/reordering.h"
 #include "core/particles/explicit/rk_stepper.h"
 #include "core/particles/explicit/splitting_stepper.h"
-#include "core/particles/implicit/block_triangular_solver.h"
-#include "core/particles/implicit/event_solver.h"
-#include "core/particles/implicit/imex_stepper.h"
-#include "core/particles/implicit/implicit_contact.h"
-#include "core/particles/implicit/local_global_solver.h"
-#include "core/particles/implicit/newton_solver.h"
-#include "core/particles/implicit/particle_jacobian.h"
 #include "core/particles/particle_impact_events.h"
+#include "core/particles/particle_jacobian.h"
 
 namespace sim {
 namespace {
@@ -60,18 +53,8 @@ void check_single(const ParticleSystem& system) {
     }
 }
 
-[[noreturn]] void refuse_contact(const std::string& why) {
-  throw Error(ErrorKind::kScene,
-              {"integrator does not fit", "", "this scene has colliders, and " + why,
-               why.starts_with("constraints")
-                   ? "use rk4 or accuracy = \"settle\""
-                   : "use rk4, verlet, trbdf2 or dopri5, or contact as a "
-                     "force: sim.force.contact { collider = ..., stiffness = ... }"});
-}
-
-[[noreturn]] void refuse_constraints(const std::string& why, const std::string& remedy) {
-  throw Error(ErrorKind::kScene,
-              {"integrator does not fit", "", "this scene has constraints, and " + why, remedy});
+[[noreturn]] void refuse(const std::string& why, const std::string& remedy) {
+  throw Error(ErrorKind::kScene, {"integrator does not fit", "", why, remedy});
 }
 
 // Wraps a stepper that evaluates only the system, and projects the end of each step onto the states
@@ -224,21 +207,27 @@ bool ParticleSystem::project(double t, double* x) {
 }
 
 const double* ParticleSystem::begin_step(double t, double h, const double* x, bool again) {
-  return implicit_contact_ ? implicit_contact_->begin(t, h, x, again) : x;
+  StageContact* const contact = stage_contact();
+  return contact ? contact->begin(t, h, x, again) : x;
 }
 
 StepEnd ParticleSystem::end_step(double t, double h, const double* x, double* x_next) {
   const StepEnd end = OdeSystem::end_step(t, h, x, x_next);
-  if (!implicit_contact_ || end != StepEnd::kAccepted) return end;
-  return implicit_contact_->end(x_next, !(events_ && events_->begun()));
+  StageContact* const contact = stage_contact();
+  if (!contact || end != StepEnd::kAccepted) return end;
+  return contact->end(x_next, !(events_ && events_->begun()));
 }
 
 Events* ParticleSystem::events() {
   if (contacts().empty()) return nullptr;
   if (constraint_system_)
     return constraint_system_->joins_contact() ? &constrained_events() : nullptr;
+  return &impact_events();
+}
+
+ParticleImpactEvents& ParticleSystem::impact_events() {
   if (!events_) events_ = std::make_unique<ParticleImpactEvents>(*this);
-  return events_.get();
+  return *events_;
 }
 
 ConstrainedImpactEvents& ParticleSystem::constrained_events() {
@@ -253,7 +242,8 @@ void ParticleSystem::forget_events() {
 }
 
 bool ParticleSystem::had_impact() const {
-  return implicit_contact_ && implicit_contact_->had_impact();
+  const StageContact* const contact = stage_contact();
+  return contact && contact->had_impact();
 }
 
 // A step without an allowed end state keeps its numbers finite, so that refusal() is reported.
@@ -279,7 +269,7 @@ void ParticleSystem::eval(double t, const Stage& stage, double* y, double* dydt)
   double* const a[3] = {layout().block(dydt, 3), layout().block(dydt, 4), layout().block(dydt, 5)};
   accelerate(view(t, y), a);
   prescribed().accelerate(t, {a[0], a[1], a[2]});
-  if (implicit_contact_) implicit_contact_->accelerate(view(t, y), a);
+  if (const StageContact* const contact = stage_contact()) contact->accelerate(view(t, y), a);
   if (events_) events_->accelerate(view(t, y), a);
   if (constraint_system_) {
     const bool lies = constrained_events_ && constrained_events_->has_contact_forces_at(t);
@@ -372,10 +362,15 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
   }
   if (constraint_system_) {
     if (plan.drift.front() != 0 && !composed_of_leapfrogs(plan))
-      refuse_constraints("this method splits its steps in another way than into leapfrog steps",
-                         "use verlet, yoshida4, rk4 or an adaptive method");
+      refuse(
+          "this scene has constraints, and this method splits its steps in another way than into "
+          "leapfrog steps",
+          "use verlet, yoshida4, rk4 or an adaptive method");
     if (constraint_system_->joins_contact() && contacts().accuracy() == Accuracy::kEvent)
-      refuse_contact("constraints, and a splitting method has no part for what lies on surfaces");
+      refuse(
+          "this scene has colliders, and constraints, and a splitting method has no part for what "
+          "lies on surfaces",
+          "use rk4 or accuracy = \"settle\"");
     return touching(std::make_unique<GenericSplittingStepper>(*this, begun_with_kicks(plan),
                                                               constraint_system_.get()),
                     plan.order == 1);
@@ -388,88 +383,29 @@ std::unique_ptr<Stepper> ParticleSystem::split_stepper(const SplitPlan& plan) {
   return std::make_unique<SplittingStepper<double>>(*this, plan);
 }
 
-std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
-  forget_events();
-  const auto asked = [this] { return stopped(); };
-  const bool local_global = options.method == StageOptions::Method::kLocalGlobal;
-  if (local_global && constraint_system_)
-    refuse_constraints("projective dynamics knows springs alone", "use implicit_euler or rk4");
-  const bool general = internal_follows_particles() || constraint_system_;
-  require_accuracy();
-  if (constraint_system_ && constraint_system_->joins_contact()) {
-    // Friction is left out of the equations of methods of low order, which keeps them smooth.
-    constrained_events().set_smooth(contacts().accuracy() == Accuracy::kSettle &&
-                                    options.order <= 2);
-    if (internal_follows_particles()) refuse_contact("a force remembers what particles do");
-  } else if (!contacts().empty() && !constraint_system_) {
-    if (local_global) refuse_contact("projective dynamics knows springs alone");
-    if (general) refuse_contact("a force remembers what particles do");
-    // Methods of higher order end their steps at impacts, and f includes the resting contacts.
-    if (options.order > 2) {
-      events();
-      const bool rubs = std::ranges::any_of(contacts().all(), [](const Collider* collider) {
-        return collider->material().friction > 0;
-      });
-      return std::make_unique<EventSolver>(*events_, rubs, particle_solver(options, nullptr),
-                                           OdeSystem::stage_solver(sparing(options)));
-    }
-  }
-  if (local_global) return std::make_unique<LocalGlobalSolver>(*this, options, asked);
-  if (general) {
-    const bool touches = constraint_system_ && constraint_system_->joins_contact();
-    if (options.long_steps && !touches && !internal_follows_particles())
-      if (auto solver = ConstrainedStageSolver::make(*this, constraint_system_->constraints(),
-                                                     constraint_system_->internal_begin(), asked))
-        return solver;
-    return OdeSystem::stage_solver(touches ? sparing(options) : options);
-  }
-  return particle_solver(options, step_contact());
+ImplicitSolvers& ParticleSystem::solvers() {
+  if (!solvers_ && !make_solvers_)
+    refuse("it is implicit, and this program has nothing that solves its equations",
+           "open the plugin solvers/particles, or use rk4");
+  if (!solvers_) solvers_ = make_solvers_(*this);
+  return *solvers_;
 }
 
-ImplicitContact* ParticleSystem::step_contact() {
-  if (!contacts().empty() && !implicit_contact_)
-    implicit_contact_ = std::make_unique<ImplicitContact>(*this);
-  return implicit_contact_.get();
+std::unique_ptr<StageSolver> ParticleSystem::stage_solver(const StageOptions& options) {
+  forget_events();
+  return solvers().stage_solver(options);
+}
+
+std::unique_ptr<ImplicitExplicitStepper> ParticleSystem::implicit_explicit_stepper(
+    const ImplicitExplicitPlan& plan) {
+  forget_events();
+  return solvers().implicit_explicit_stepper(plan);
 }
 
 std::optional<bool> ParticleSystem::stiff(const Force& force) const {
   for (const auto& [of, stiff] : stiff_)
     if (of == &force) return stiff;
   return {};
-}
-
-std::unique_ptr<ImplicitExplicitStepper> ParticleSystem::implicit_explicit_stepper(
-    const ImplicitExplicitPlan& plan) {
-  forget_events();
-  if (internal_follows_particles()) return nullptr;
-  if (constraint_system_)
-    refuse_constraints("a method that is implicit in stiff forces alone has no part for them",
-                       "use verlet, rk4 or trbdf2");
-  for (Force* const force : forces())
-    if (force->breakable() && stiff(*force) == true)
-      throw Error(ErrorKind::kScene,
-                  {"integrator does not fit", "",
-                   "'" + name_of(*force) + "' has stiff = true, and what is stiff cannot break",
-                   "leave out stiff, or use trbdf2"});
-  return std::make_unique<ImexStepper>(
-      *this, *this, [this](const Force& force) { return stiff(force); }, step_contact(), plan);
-}
-
-// A dense Jacobian takes as many evaluations of f as there are unknowns, and each is expensive if
-// there are resting contacts.
-StageOptions ParticleSystem::sparing(StageOptions options) const {
-  constexpr std::size_t kFewNumbers = 100;
-  if (size() > kFewNumbers && options.solver == StageOptions::Solver::kAuto)
-    options.solver = StageOptions::Solver::kIterative;
-  return options;
-}
-
-std::unique_ptr<StageSolver> ParticleSystem::particle_solver(const StageOptions& options,
-                                                             ImplicitContact* contact) {
-  const auto asked = [this] { return stopped(); };
-  auto solver = std::make_unique<NewtonSolver>(*this, options, asked, contact);
-  if (internal_size() == 0) return solver;
-  return std::make_unique<BlockTriangularSolver>(*this, std::move(solver), options);
 }
 
 std::unique_ptr<Jacobian> ParticleSystem::jacobian() {

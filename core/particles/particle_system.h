@@ -5,6 +5,7 @@
 
 #include "core/ode/ode_system.h"
 #include "core/particles/constraints/constraint_system.h"
+#include "core/particles/implicit_solvers.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -12,7 +13,6 @@ namespace sim {
 class Reordering;
 class ParticleImpactEvents;
 class ConstrainedImpactEvents;
-class ImplicitContact;
 
 class ParticleSystem final : public OdeSystem, public Particles {
  public:
@@ -46,6 +46,8 @@ class ParticleSystem final : public OdeSystem, public Particles {
   StepEnd end_step(double t, double h, const double* x, double* x_next) override;
   bool had_impact() const override;
   Events* events() override;
+  ParticleImpactEvents& impact_events();          // of methods that end their steps at impacts
+  ConstrainedImpactEvents& constrained_events();  // likewise, where there are constraints
   // True if methods of equal steps have to end them at events.
   bool cuts_steps(bool implicit, int order) const {
     const bool beside =
@@ -62,24 +64,23 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<Stepper> explicit_stepper(const ExplicitPlan& plan) override;
   std::unique_ptr<EmbeddedStepper> embedded_stepper(const EmbeddedPlan& plan) override;
   std::unique_ptr<Stepper> split_stepper(const SplitPlan& plan) override;
+  // Implicit methods are refused without this.
+  void set_implicit_solvers(MakeImplicitSolvers make) { make_solvers_ = std::move(make); }
   std::unique_ptr<StageSolver> stage_solver(const StageOptions& options) override;
   std::unique_ptr<ImplicitExplicitStepper> implicit_explicit_stepper(
       const ImplicitExplicitPlan& plan) override;
+  void require_accuracy() const;  // throws where constraints have no such contact
   // The scene's own choice for the force: to be implicit, or explicit, in methods that choose.
   void set_stiff(const Force& force, bool stiff) { stiff_.emplace_back(&force, stiff); }
   std::optional<bool> stiff(const Force& force) const;
-  ImplicitContact* step_contact();  // of implicit methods; null without colliders
   std::unique_ptr<Jacobian> jacobian() override;
 
  private:
   // True if a step changes positions and velocities only.
   bool is_plain() const { return internal_size() == 0 && prescribed().empty(); }
   void forget_events();
-  StageOptions sparing(StageOptions options) const;
-  std::unique_ptr<StageSolver> particle_solver(const StageOptions& options,
-                                               ImplicitContact* contact);
-  void require_accuracy() const;  // throws where constraints have no such contact
-  ConstrainedImpactEvents& constrained_events();
+  ImplicitSolvers& solvers();
+  StageContact* stage_contact() const { return solvers_ ? solvers_->contact() : nullptr; }
   std::unique_ptr<Stepper> touching(std::unique_ptr<Stepper> stepper, bool first_order);
   bool has_large_nets() const;  // whose numbers lead far
   // The reordering of systems with large nets that have only springs and affine forces; else null.
@@ -90,8 +91,8 @@ class ParticleSystem final : public OdeSystem, public Particles {
   std::unique_ptr<ParticleImpactEvents> events_;  // if steps end at impacts
   std::unique_ptr<ConstrainedImpactEvents>
       constrained_events_;  // likewise, where there are constraints
-  std::unique_ptr<ImplicitContact>
-      implicit_contact_;  // of implicit methods, where there are colliders
+  MakeImplicitSolvers make_solvers_;
+  std::unique_ptr<ImplicitSolvers> solvers_;             // once a method asked for some
   std::unique_ptr<ConstraintSystem> constraint_system_;  // null without constraints
   std::vector<int> rows_;                                // of places, where nets are large
   std::shared_ptr<const Reordering> reordering_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/particles/implicit/velocity_inequality.h"
+#include "core/particles/velocity_inequality.h"
 
 namespace sim {
 

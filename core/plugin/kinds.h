@@ -18,8 +18,10 @@
 
 namespace sim {
 
-class StepCorrection;  // core/particles/step_correction.h
-struct ContactTask;    // core/particles/contact_task.h
+class StepCorrection;   // core/particles/step_correction.h
+struct ContactTask;     // core/particles/contact_task.h
+class ImplicitSolvers;  // core/particles/implicit_solvers.h
+class ParticleSystem;   // core/particles/particle_system.h
 
 // Kinds of the laboratory, which the kernel knows by name only.
 class Writer;       // core/output/writer.h
@@ -80,6 +82,13 @@ struct Kind<StepCorrection> {
 };
 
 template <>
+struct Kind<ImplicitSolvers> {
+  static constexpr std::string_view name = "solver", folder = "solvers";
+  static constexpr bool in_scenes = false;
+  using Make = std::function<std::unique_ptr<ImplicitSolvers>(const Params&, ParticleSystem&)>;
+};
+
+template <>
 struct Kind<Writer> {
   static constexpr std::string_view name = "writer", folder = "writers";
   static constexpr bool in_scenes = false;
@@ -109,7 +118,7 @@ struct Kind<engine::Engine> {
 
 // The kinds in the order in which they are shown and numbered.
 using Kinds = KindList<Integrator, Force, Field, Collider, RigidMotion, Writer, View, Constraint,
-                       Study, engine::Engine, StepCorrection, ContactLaw>;
+                       Study, engine::Engine, StepCorrection, ContactLaw, ImplicitSolvers>;
 inline constexpr auto kPluginKinds = Kinds::all();
 
 template <class Object>

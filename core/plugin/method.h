@@ -43,6 +43,7 @@ class Method {
   const Plugin<Integrator>& plugin() const { return *plugin_; }
   const std::string& name() const { return choice_.name; }
   const MethodChoice& choice() const { return choice_; }  // under the plugin's own name
+  Registry& registry() const { return *registry_; }
   const Params& params() const { return params_; }
 
   // NAME or NAME:PARAM=VALUE,..., as --integrator takes it; defaults are left out.

@@ -1,6 +1,7 @@
 #include "core/plugin/plugin.h"
 
 #include "core/particles/contact_task.h"
+#include "core/particles/implicit_solvers.h"
 
 namespace sim {
 
@@ -12,6 +13,7 @@ template void Registrar::add(Plugin<RigidMotion>);
 template void Registrar::add(Plugin<ContactLaw>);
 template void Registrar::add(Plugin<Constraint>);
 template void Registrar::add(Plugin<StepCorrection>);
+template void Registrar::add(Plugin<ImplicitSolvers>);
 
 std::string PluginInfo::title() const { return std::string(kind.name) + " '" + name + "'"; }
 

@@ -67,6 +67,7 @@ extern template void Registrar::add(Plugin<RigidMotion>);
 extern template void Registrar::add(Plugin<ContactLaw>);
 extern template void Registrar::add(Plugin<Constraint>);
 extern template void Registrar::add(Plugin<StepCorrection>);
+extern template void Registrar::add(Plugin<ImplicitSolvers>);
 
 }  // namespace sim
 

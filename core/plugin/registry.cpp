@@ -252,7 +252,8 @@ std::vector<fs::path> Registry::libraries(bool opened) const {
 std::vector<InputFile> Registry::inputs() const {
   std::vector<InputFile> files;
   for (const Impl::Library& library : impl_->libraries)
-    if (!library.enroll && library.opened && library.kind.in_scenes)
+    if (!library.enroll && library.opened &&
+        (library.kind.in_scenes || library.kind == kind_of<ImplicitSolvers>))
       files.push_back({std::string(library.kind.name) + " '" + library.names.front().name + "'",
                        fs::absolute(library.file).string(), library.hash});
   return files;

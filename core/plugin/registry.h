@@ -51,7 +51,7 @@ class Registry {
   std::vector<const PluginInfo*> find(const std::string& name);
   // The files of all usable libraries, or only of those that were opened.
   std::vector<std::filesystem::path> libraries(bool opened = false) const;
-  // The open libraries that a scene can name, as they were when opened.
+  // The open libraries that make the numbers of a scene, as they were when opened.
   std::vector<InputFile> inputs() const;
   // Libraries in the directories that cannot be used, with the reason.
   const std::vector<std::string>& rejected() const;

@@ -11,6 +11,7 @@
 #include "core/ode/cut_steps.h"
 #include "core/particles/group.h"
 #include "core/particles/loads.h"
+#include "core/plugin/registered_solvers.h"
 #include "core/scene/body_attachments.h"
 #include "core/scene/memory_estimate.h"
 #include "core/scene/part_text.h"
@@ -158,6 +159,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   });
   particles = compiled.get();
   particles->name_forces(std::move(names));
+  particles->set_implicit_solvers(registered_solvers(registry));
   const SceneNames names_in_scene = names_of(spec);
   for (std::size_t k = 0; k < parts.size(); ++k) {
     if (spec.forces[k].stiff) particles->set_stiff(*parts[k], *spec.forces[k].stiff);

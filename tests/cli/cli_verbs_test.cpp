@@ -94,7 +94,7 @@ TEST_CASE("list shows plugins and scenes") {
   const Json all = read_json(run_sim({"list", "--json"}).out);
   CHECK(all.keys == std::vector<std::string>{"integrators", "forces", "fields", "colliders",
                                              "motions", "writers", "view", "constraints", "studies",
-                                             "engines", "contact", "laws", "scenes"});
+                                             "engines", "contact", "laws", "solvers", "scenes"});
   for (const char* name : {"euler", "trapezoid", "rk4"})
     CHECK(contains(names_of(all.at("integrators")), name));
   for (const char* name : {"gravity", "drag", "spring"})

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "core/geometry/triangle_mesh.h"
-#include "core/particles/implicit/particle_jacobian.h"
-#include "core/particles/implicit/stage_matrix.h"
+#include "core/particles/particle_jacobian.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/springs/spring_stiffness.h"
 #include "core/particles/springs/springs.h"
+#include "plugins/solvers/particles/stage_matrix.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;

@@ -1,5 +1,5 @@
 // The nearest velocity within half-spaces, against its closed forms.
-#include "core/particles/implicit/velocity_inequality.h"
+#include "core/particles/velocity_inequality.h"
 
 #include <catch2/catch.hpp>
 #include <random>

@@ -6,6 +6,7 @@
 #include "core/base/thread_pool.h"
 #include "core/math/elementary.h"
 #include "core/particles/particle_system.h"
+#include "core/plugin/registered_solvers.h"
 #include "core/study/contract/examiner.h"
 
 namespace sim::study::contract {
@@ -49,6 +50,7 @@ class Course {
     forces.push_back(std::make_unique<Well>());
     system_ = std::make_unique<ParticleSystem>(std::vector<double>{1, 1.5, 2}, std::vector<int>{},
                                                std::move(forces), start_.data(), pool_);
+    system_->set_implicit_solvers(registered_solvers(method.registry()));
     // An adaptive method may take as many steps as a tolerance or a bound on them requires.
     system_->stop_when([this] { return ++asked_ > kMostAsked; });
     integrator_ = method.make();
