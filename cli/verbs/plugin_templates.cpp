@@ -104,7 +104,7 @@ return sim.scene {
 }
 )--"},
     {"integrator", R"--(// Ralston's method. Ralston (1962), Math. Comput. 16, 431-437.
-#include "core/ode/explicit/explicit_rk.h"
+#include "core/plugin/explicit_plugin.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -9,6 +9,7 @@
 #include "core/c/watcher.h"
 #include "core/output/make_writer.h"
 #include "core/output/png.h"
+#include "core/picture/gallery.h"
 #include "core/picture/quantity.h"
 
 using namespace sim;

@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "core/picture/gallery.h"
+#include "core/picture/look.h"
+#include "core/picture/panels.h"
 
 namespace sim {
 

@@ -5,6 +5,8 @@
 
 #include "core/base/assert.h"
 #include "core/base/bits.h"
+#include "core/particles/explicit/sweep.h"
+#include "core/particles/springs/net_forces.h"
 #include "core/particles/step_correction.h"
 #include "core/simd/lanes.h"
 
@@ -41,13 +43,20 @@ double sum_over_tiles(int n, Sum sum_of) {
 
 }  // namespace
 
+struct Particles::Sums {
+  NetForces net_forces;
+  SweepKernels<double> kernels = sweep_kernels<double>();
+  std::vector<Rings<double>> rings;  // of accelerate(), one a rank
+};
+
 Particles::Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
                      std::vector<std::unique_ptr<Force>> forces, const double* initial,
                      ThreadPool& pool)
     : layout_(static_cast<int>(masses.size())),
       mass_(masses.size()),
       forces_(std::move(forces)),
-      pool_(&pool) {
+      pool_(&pool),
+      sums_(std::make_unique<Sums>()) {
   set_masses(masses, pinned);
 
   ParticleView start = view(0, initial);
@@ -58,6 +67,10 @@ Particles::Particles(const std::vector<double>& masses, const std::vector<int>& 
   }
   set_off({}, {});
 }
+
+Particles::~Particles() = default;
+
+std::span<const Net* const> Particles::nets() const noexcept { return sums_->net_forces.nets(); }
 
 void Particles::set_off(std::span<const std::size_t> forces,
                         std::span<const std::size_t> colliders) {
@@ -73,12 +86,12 @@ void Particles::set_off(std::span<const std::size_t> forces,
   std::vector<const Net*> nets;
   for (std::size_t i = 0; i < forces_.size(); ++i)
     if (std::ranges::count(forces, i) == 0) add(*forces_[i], nets);
-  net_forces_ = NetForces(std::move(nets), layout_.n());
+  sums_->net_forces = NetForces(std::move(nets), layout_.n());
   const int others_reach = reach_of(other_forces_);
-  all_swept_ = !other_forces_.empty() && net_forces_.nets().empty() && others_reach >= 0;
+  all_swept_ = !other_forces_.empty() && sums_->net_forces.nets().empty() && others_reach >= 0;
   if (all_swept_) reach_ = std::max(reach_, whole_reach(others_reach));
-  rings_.clear();
-  for (int rank = 0; rank < pool_->most(); ++rank) rings_.emplace_back(runs_);
+  sums_->rings.clear();
+  for (int rank = 0; rank < pool_->most(); ++rank) sums_->rings.emplace_back(runs_);
 
   prepared_ = other_forces_;
   for (const InternalVariables& memory : internal_)
@@ -263,14 +276,14 @@ void Particles::derive(const ParticleView& view, double* rates) const {
 }
 
 void Particles::prepare_gather(const ParticleView& view) {
-  net_forces_.prepare(view, *pool_);
+  sums_->net_forces.prepare(view, *pool_);
   for (Force* force : prepared_) force->prepare(seen_by(*force, view), *pool_);
 }
 
 void Particles::gather(const ParticleView& view, Tile tile, ForceSink sink) const {
   const int end = (tile.end + 7) / 8 * 8;  // nets add to whole blocks
   for (double* values : {sink.x, sink.y, sink.z}) std::fill(values + tile.begin, values + end, 0.0);
-  net_forces_.add(view, tile, sink);
+  sums_->net_forces.add(view, tile, sink);
   for (const Force* force : other_forces_) force->accumulate(seen_by(*force, view), tile, sink);
 }
 
@@ -290,12 +303,12 @@ void Particles::accelerate(const ParticleView& view, double* const a[3], bool dr
   prepare_gather(view);
   pool_->run([&](int rank) {
     const Part part = part_of(layout_.n(), 8, rank, pool_->size());
-    Rings<double>& rings = rings_[static_cast<std::size_t>(rank)];
-    kernels_.start(rings, pool_->size(), q, part.begin, reach_);
+    Rings<double>& rings = sums_->rings[static_cast<std::size_t>(rank)];
+    sums_->kernels.start(rings, pool_->size(), q, part.begin, reach_);
     for (int begin = part.begin; begin < part.end; begin += kGatherTile) {
       const Tile tile{begin, std::min(begin + kGatherTile, part.end)};
       if (has_other_forces()) gather(view, tile, {a[0], a[1], a[2]});
-      kernels_.rk(rings, motion, sweep, tile.begin, tile.end);
+      sums_->kernels.rk(rings, motion, sweep, tile.begin, tile.end);
     }
   });
 }

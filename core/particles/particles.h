@@ -9,12 +9,14 @@
 #include "core/base/layout.h"
 #include "core/base/thread_pool.h"
 #include "core/particles/contacts.h"
-#include "core/particles/explicit/sweep.h"
 #include "core/particles/force.h"
+#include "core/particles/motion.h"
 #include "core/particles/prescribed_motion.h"
-#include "core/particles/springs/net_forces.h"
 
 namespace sim {
+
+class Net;         // core/particles/springs/net.h
+struct SpringRun;  // core/particles/springs/spring_run.h
 
 // q' = v, v' = F(t, q, v, m) / M + g - (c / M) v, with g and c summed over the affine forces, and
 // m' = the rates of the internal variables m of forces. A pinned particle has infinite mass: its
@@ -26,6 +28,7 @@ class Particles {
   // without internal variables, with zero velocities where pinned.
   Particles(const std::vector<double>& masses, const std::vector<int>& pinned,
             std::vector<std::unique_ptr<Force>> forces, const double* initial, ThreadPool& pool);
+  ~Particles();
 
   // Steppers have to be made again. With `some_move`, pinned particles may have velocities, and
   // keep them.
@@ -41,7 +44,7 @@ class Particles {
   ThreadPool& pool() const noexcept { return *pool_; }
   std::span<Force* const> forces() const noexcept { return on_; }  // that are on
   std::span<const SpringRun* const> runs() const noexcept { return runs_; }
-  std::span<const Net* const> nets() const noexcept { return net_forces_.nets(); }
+  std::span<const Net* const> nets() const noexcept;
   std::span<Force* const> other_forces() const noexcept { return other_forces_; }  // accumulate
   bool needs_velocities() const noexcept { return needs_velocities_; }  // some of the others
   // Other forces and nets may read any particle; gathered before the sweep of each block.
@@ -102,16 +105,15 @@ class Particles {
   std::vector<std::string> names_;
   Motion motion_;
   std::vector<const SpringRun*> runs_;
-  NetForces net_forces_;
   Contacts contacts_;
   PrescribedMotion prescribed_;
   bool needs_velocities_ = false, internal_follows_particles_ = false, has_dashpots_ = false,
        all_swept_ = false;
   std::vector<InternalVariables> internal_;
   std::size_t internal_size_ = 0;
-  SweepKernels<double> kernels_ = sweep_kernels<double>();
   ThreadPool* pool_;
-  std::vector<Rings<double>> rings_;  // of accelerate(), one a rank
+  struct Sums;  // of nets and runs
+  std::unique_ptr<Sums> sums_;
 };
 
 }  // namespace sim

@@ -5,21 +5,13 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
+#include "core/picture/panels.h"
 #include "core/picture/raster/raster.h"
 #include "core/picture/scenery.h"
 
 namespace sim {
-
-// Systems that show the same quantities, side by side in equal panels.
-struct Panels {
-  std::vector<std::vector<std::string>> captions;  // lines of each; none: there are no panels
-  std::vector<Moment> stage;                       // of one system, which the viewpoint holds
-
-  bool any() const { return !captions.empty(); }
-};
 
 // Columns and rows for so many panels.
 struct PanelGrid {

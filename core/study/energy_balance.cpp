@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/particles/particle_system.h"
+#include "core/particles/springs/springs.h"
 
 namespace sim::study {
 EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)

@@ -12,6 +12,7 @@
 #include "core/output/process.h"
 #include "core/output/stored_moments.h"
 #include "core/output/writer.h"
+#include "core/picture/gallery.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -8,6 +8,7 @@
 #include "core/output/staging_folder.h"
 #include "core/output/stored_moments.h"
 #include "core/output/writer.h"
+#include "core/picture/gallery.h"
 #include "core/plugin/plugin.h"
 
 namespace {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/particles/particle_system.h"
+#include "core/particles/springs/springs.h"
 #include "tests/support/scenes.h"
 
 namespace sim_test {

@@ -8,6 +8,7 @@
 
 #include "core/base/thread_pool.h"
 #include "core/particles/explicit/contact_pass.h"
+#include "core/particles/explicit/resting_contact_kernel.h"
 #include "core/particles/particles.h"
 #include "core/simd/simd_targets.h"
 #include "tests/support/kernel_cases.h"

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/particles/particle_system.h"
+#include "core/particles/springs/springs.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/problem.h"
 #include "tests/support/reference_model.h"

@@ -4,7 +4,9 @@
 #include <bit>
 #include <cmath>
 
+#include "core/geometry/bounding_box.h"
 #include "core/math/axes.h"
+#include "core/particles/explicit/resting_contact_kernel.h"
 #include "core/particles/late_velocities.h"
 
 namespace sim {
@@ -46,6 +48,11 @@ struct ParticleContactPass::NearbyColliders {
   }
 };
 
+struct ParticleContactPass::Kernels {
+  BoundingBoxOf bounding_box_of = sim::bounding_box_of();
+  RestingContactKernels resting = resting_contact_kernels();
+};
+
 struct ParticleContactPass::Free {
   double q[3][kWaysAtOnce], v[3][kWaysAtOnce];
 };
@@ -53,6 +60,7 @@ struct ParticleContactPass::Free {
 ParticleContactPass::ParticleContactPass(Particles& particles, bool first_order)
     : particles_(&particles),
       first_order_(first_order),
+      kernels_(std::make_shared<const Kernels>()),
       resting_by_(static_cast<std::size_t>(particles.layout().n() / kLanes + 1) * kLanes) {}
 
 void ParticleContactPass::begin(double t, double t1) {
@@ -64,8 +72,8 @@ void ParticleContactPass::begin(double t, double t1) {
 // points.
 ParticleContactPass::BlockExtent ParticleContactPass::extent_of_block(
     const RestingContactStep& step, int begin, int end) const {
-  const BoundingBox extent =
-      bounding_box_of_(step.q, step.v0, step.v, step.whole ? step.q0 : nullptr, begin, end);
+  const BoundingBox extent = kernels_->bounding_box_of(step.q, step.v0, step.v,
+                                                       step.whole ? step.q0 : nullptr, begin, end);
   BlockExtent room;
   room.longest = step.h * (std::sqrt(extent.fastest[0]) +
                            (step.whole ? 1 : 2) * std::sqrt(extent.fastest[1])) +
@@ -156,7 +164,7 @@ void ParticleContactPass::resolve(double t, RestingContactStep& step, int begin,
     }
     RestingContactBlock block[kWaysAtOnce / kLanes] = {};
     const int only = alone(t, room, step);
-    if (only >= 0) kernels_.resolve(step, first, last, block);
+    if (only >= 0) kernels_->resting.resolve(step, first, last, block);
     for (int i = first; i < last; i += kLanes) {
       const RestingContactBlock& these = block[(i - first) / kLanes];
       const auto presses = static_cast<std::uint8_t>(kAlone + only);
@@ -263,7 +271,7 @@ void ParticleContactPass::constrain_after_kick(double t, RestingContactKick kick
       kick.friction = collider.material().friction;
       known = static_cast<int>(by);
     }
-    alone = alone && kernels_.constrain_velocity(kick, i, bits, block);
+    alone = alone && kernels_->resting.constrain_velocity(kick, i, bits, block);
     for (; bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
       const int id = i + static_cast<int>(lane);

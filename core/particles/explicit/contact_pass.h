@@ -6,12 +6,14 @@
 #include <memory>
 #include <vector>
 
-#include "core/geometry/bounding_box.h"
 #include "core/ode/ode_system.h"
-#include "core/particles/explicit/resting_contact_kernel.h"
 #include "core/particles/particles.h"
 
 namespace sim {
+
+struct RestingContactStep;  // core/particles/explicit/resting_contact_kernel.h
+struct RestingContactKick;
+struct RestingContactBlock;
 
 // Contact is local to a particle: the same bits for any number of threads and blocks. Pinned
 // particles never move.
@@ -83,8 +85,8 @@ class ParticleContactPass {
 
   Particles* particles_;
   bool first_order_;
-  BoundingBoxOf bounding_box_of_ = bounding_box_of();
-  RestingContactKernels kernels_ = resting_contact_kernels();
+  struct Kernels;
+  std::shared_ptr<const Kernels> kernels_;
   // For each particle: 0, kSingly, or the only collider on which it rests, from kAlone on.
   std::vector<std::uint8_t> resting_by_;
 };

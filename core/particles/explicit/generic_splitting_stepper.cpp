@@ -4,6 +4,7 @@
 
 #include "core/base/finite.h"
 #include "core/math/exponential.h"
+#include "core/particles/explicit/resting_contact_kernel.h"
 
 namespace sim {
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/base/assert.h"
+#include "core/particles/springs/springs.h"
 
 namespace sim {
 namespace {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/math/exponential.h"
+#include "core/particles/explicit/resting_contact_kernel.h"
 
 namespace sim {
 

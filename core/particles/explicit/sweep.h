@@ -9,6 +9,7 @@
 
 #include "core/base/array.h"
 #include "core/particles/explicit/stages.h"
+#include "core/particles/motion.h"
 #include "core/particles/springs/springs.h"
 
 namespace sim {
@@ -59,15 +60,6 @@ class Rings {
  private:
   std::vector<SweepRun<Real>> runs_;
   ArrayOf<Real> memory_;
-};
-
-// q' = v, v' = F(q) / m + g - (c / m) v, as far as it is the same for all forces and methods.
-struct Motion {
-  const std::uint8_t* free = nullptr;      // a bit a particle; 0 where pinned
-  const double* inverse_masses = nullptr;  // 1/kg, null when all free particles have the same
-  double inverse_mass = 0;                 // 1/kg
-  double gravity[3] = {};                  // m/s^2
-  double damping = 0;                      // kg/s
 };
 
 template <class Real>

@@ -70,6 +70,15 @@ class RigidBody {
   Mat3 principal_;  // columns, in the frame of the shape
 };
 
+// A particle, or a point of a body: a weighted sum of particles, with constant weights that add up
+// to 1. A force on the point acts on each of them by its weight, with the same work and the same
+// moment.
+struct JointNode {
+  int count = 0;  // of particles, 1 or 4
+  std::array<int, 4> ids{};
+  std::array<double, 4> weights{};
+};
+
 // The axes rotated by |turn| rad about `turn`.
 Mat3 turned_by(const Vec3& turn);
 

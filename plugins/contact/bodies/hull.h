@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/geometry/rigid_shape.h"
+#include "core/particles/rigid/rigid_body.h"
 
 namespace sim {
 

@@ -1,7 +1,7 @@
 // A placed shape.
 #pragma once
 
-#include "core/geometry/rigid_shape.h"
+#include "core/particles/rigid/rigid_body.h"
 
 namespace sim {
 

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "core/base/thread_pool.h"
-#include "core/particles/elements/distances.h"
 #include "core/particles/neighbours/neighbours.h"
+#include "distances.h"
 #include "pair_rows.h"
 #include "parts.h"
 

@@ -7,8 +7,8 @@
 #include "core/base/thread_pool.h"
 #include "core/geometry/incidence.h"
 #include "core/particles/bridges.h"
-#include "core/particles/elements/distances.h"
 #include "core/particles/elements/element_couplings.h"
+#include "distances.h"
 #include "parts.h"
 
 namespace sim::expression {

@@ -7,7 +7,6 @@
 
 #include "core/geometry/triangle_mesh.h"
 #include "core/particles/force.h"
-#include "core/particles/rigid/body_points.h"
 #include "core/particles/rigid/rigid_body.h"
 #include "fluid_law.h"
 

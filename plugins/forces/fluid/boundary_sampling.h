@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/geometry/rigid_shape.h"
+#include "core/particles/rigid/rigid_body.h"
 
 namespace sim {
 

@@ -4,7 +4,7 @@
 #define SIM_THIS_FILE "pair_kernel.cpp"
 #include "core/simd/foreach_target.h"
 
-#include "core/simd/exponential.h"
+#include "exponential.h"
 
 SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
