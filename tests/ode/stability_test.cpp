@@ -49,8 +49,8 @@ TEST_CASE("drag gives methods a limit that have none without") {
   CHECK(limit("verlet") == Approx(1.038e-2).epsilon(1e-3));
 }
 
-// Of a step with the determinant 1 and the trace T = 2 - z^2: 1 within the limit, and beyond it the
-// larger root of r^2 - |T| r + 1 = 0.
+// A step with the determinant 1 and the trace T = 2 - z^2 grows by nothing within the limit, and
+// beyond it by the larger root of r^2 - |T| r + 1 = 0.
 TEST_CASE("how fast a step grows beyond its limit is the root of its polynomial") {
   sim::Registry registry = make_registry();
   for (const char* name : {"verlet", "symplectic_euler"})

@@ -82,8 +82,8 @@ TEST_CASE("a step that fails is no step of a timeline") {
   CHECK_FALSE(timeline.step(sim));
 }
 
-// x' = x^2 has the solution x / (1 - x t), which is infinite at t = 1. What a method knew where it
-// failed is not used earlier.
+// The solution of x' = x^2 is x / (1 - x t), infinite at t = 1. A method does not use earlier what
+// it knew where it failed.
 TEST_CASE("after a step that fails an earlier state goes on with the same bits") {
   sim::Registry registry = make_registry();
   const sim::SystemSpec spec =

@@ -1,8 +1,10 @@
 // Sheets that contact keeps apart, as scenes.
 #pragma once
 
+#include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/particles/step_correction.h"
 #include "tests/support/all_intersections.h"
 #include "tests/support/scenes.h"
 
@@ -99,5 +101,22 @@ class WithoutContact {
   sim::SystemSpec spec_;
   sim::Simulation system_;
 };
+
+// The words for what contact of surfaces did are those of its figures.
+inline void check_words_of_contact(const sim::Simulation& system) {
+  const auto count = [&](const char* figure, const std::string& noun) {
+    const auto number = static_cast<long>(figure_of(system, figure));
+    return number == 0 ? "" : std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
+  };
+  std::string words = "contact kept none apart";
+  if (figure_of(system, "steps") > 0) {
+    words = "contact kept up to " + count("pairs", "pair") + " apart";
+    if (const auto zones = static_cast<long>(figure_of(system, "zones")); zones > 0)
+      words += ", " + std::to_string(zones) + " particles as one piece";
+    if (const std::string steps = count("shortened", "step"); !steps.empty())
+      words += ", in " + steps + " what constraints join went a shorter way";
+  }
+  for (const auto& each : system.corrections()) CHECK(each->account().words == words);
+}
 
 }  // namespace sim_test

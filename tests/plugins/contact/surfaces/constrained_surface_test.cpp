@@ -52,6 +52,7 @@ Outcome run(const sim::SystemSpec& spec, int steps, bool compare = true) {
   }
   outcome.acted = static_cast<std::int64_t>(figure_of(system, "steps"));
   outcome.shortened = static_cast<std::int64_t>(figure_of(system, "shortened"));
+  check_words_of_contact(system);
   return outcome;
 }
 
@@ -190,4 +191,6 @@ TEST_CASE("what rods lead through a surface that has no room is refused") {
   CHECK(steps > 5);
   CHECK(steps < 200);
   CHECK_THAT(system.divergence().why, Catch::Contains("no room left"));
+  CHECK(figure_of(system, "shortened") > 0);
+  check_words_of_contact(system);
 }

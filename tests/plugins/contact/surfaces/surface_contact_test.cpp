@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "core/particles/step_correction.h"
 #include "tests/support/sheets.h"
 
 using namespace sim_test;
@@ -35,18 +34,8 @@ Outcome run(const sim::SystemSpec& spec, int steps, int every = 1, bool compare 
     }
     if (n % every == 0 || n + 1 == steps) outcome.crossings += crossings(system, spec);
   }
-  for (const auto& each : system.corrections()) {
-    // The sheets have no constraints.
-    const auto pairs = static_cast<long>(figure_of(system, "pairs")),
-               zones = static_cast<long>(figure_of(system, "zones"));
-    std::string words = "contact kept none apart";
-    if (figure_of(system, "steps") > 0)
-      words = "contact kept up to " + std::to_string(pairs) + (pairs == 1 ? " pair" : " pairs") +
-              " apart" +
-              (zones > 0 ? ", " + std::to_string(zones) + " particles as one piece" : "");
-    CHECK(each->account().words == words);
-    CHECK(figure_of(system, "shortened") == 0);
-  }
+  check_words_of_contact(system);
+  CHECK(figure_of(system, "shortened") == 0);  // there are no constraints
   outcome.most_zones = static_cast<std::int64_t>(figure_of(system, "zones"));
   outcome.steps = static_cast<std::int64_t>(figure_of(system, "steps"));
   return outcome;
