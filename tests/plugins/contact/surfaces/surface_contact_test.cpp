@@ -188,6 +188,36 @@ TEST_CASE("a change by hand that would cross is refused and changes nothing") {
   CHECK(system.hash() != before);
 }
 
+// A particle of the lower sheet is put through the upper one, which is torn elsewhere, then there.
+TEST_CASE("a change by hand through a tear is allowed") {
+  sim::Registry registry = make_registry();
+  constexpr int kSide = 12, kSheet = kSide * kSide;
+  sim::SystemSpec spec =
+      make_sheets(2, {}, [](int sheet, double u, double v) { return Vec3(u, 0.1 * sheet, v); });
+  for (sim::PartSpec& springs : spec.forces) springs.given["break_strain"] = 9.0;
+  sim::Simulation system(spec, registry);
+  const int middle = kSide * 6 + 6;
+  const Vec3 through = system.position(middle) + Vec3(0.01, 0.2, 0.013);
+  // All ties of the upper sheet between particles of these rows and columns.
+  const auto tear = [&](int low, int high) {
+    const auto inside = [&](int id) {
+      const int i = id % kSheet / kSide, j = id % kSide;
+      return id >= kSheet && i >= low && i <= high && j >= low && j <= high;
+    };
+    for (const sim::PartSpec& springs : spec.forces)
+      springs.elements.for_each([&](const sim::Element& tie) {
+        if (inside(tie.ids[0]) && inside(tie.ids[1])) system.cut(tie.ids[0], tie.ids[1]);
+      });
+  };
+  CHECK_THROWS_WITH(system.set_position(middle, through), Catch::Contains("cross"));
+  tear(1, 3);
+  CHECK_FALSE(system.torn().empty());
+  CHECK_THROWS_WITH(system.set_position(middle, through), Catch::Contains("cross"));
+  tear(5, 8);
+  CHECK_NOTHROW(system.set_position(middle, through));
+  CHECK(system.position(middle) == through);
+}
+
 TEST_CASE("cloth on colliders does not cross, and no particle is inside") {
   sim::Registry registry = make_registry();
   for (const double dt : {0.001, 0.005, 0.02}) {
