@@ -35,17 +35,19 @@ TEST_CASE("sim-petsc makes our implicit and Runge-Kutta steps, on one rank and o
   }
 }
 
-// Particles begin at one place, on springs of rest length 0, which pull the same in all directions.
+// Pairs begin at one place with one velocity, on springs of rest length 0, which pull the same in
+// all directions.
 TEST_CASE("sim-petsc takes springs that have no length") {
   need_petsc();
   const Here here;
-  write_text(here("knot.lua"),
-             "local sim = require 'sim'\nlocal p = sim.particles { mass = 0.5 }\n"
-             "for i = 0, 5 do p:add({0.1 * (i // 2), 0, 0}, { velocity = {0, 0.2 * i, 0.1} }) end\n"
-             "p:pin(0)\nlocal knots = sim.force.spring { stiffness = 300, rest = 0 }\n"
-             "knots:tie(0, 1):tie(2, 3):tie(4, 5):tie(1, 2):tie(3, 4)\n"
-             "return sim.scene { particles = p, forces = { sim.force.gravity {}, knots },\n"
-             "  integrator = 'implicit_euler', dt = 0.005, duration = 0.5 }\n");
+  write_text(
+      here("knot.lua"),
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 0.5 }\n"
+      "for i = 0, 5 do p:add({0.1 * (i // 2), 0, 0}, { velocity = {0, 0.2 * (i // 2), 0.1} }) end\n"
+      "p:pin(0)\nlocal knots = sim.force.spring { stiffness = 300, rest = 0 }\n"
+      "knots:tie(0, 1):tie(2, 3):tie(4, 5):tie(1, 2):tie(3, 4)\n"
+      "return sim.scene { particles = p, forces = { sim.force.gravity {}, knots },\n"
+      "  integrator = 'implicit_euler', dt = 0.005, duration = 0.5 }\n");
   for (const char* method : {"implicit_euler:tol=1e-12", "implicit_midpoint:tol=1e-12", "rk4"}) {
     const Words run{"knot.lua", "-i", method, "-q", "--every", "20"};
     REQUIRE(here.sim(with(run, {"--dump=mine.csv"})).code == 0);
