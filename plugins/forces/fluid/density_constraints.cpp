@@ -4,6 +4,12 @@
 #include <cmath>
 
 namespace sim {
+namespace {
+
+std::size_t at(std::ptrdiff_t i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
 void DensityConstraints::bind(const FluidLaw& law, const ParticleView& initial) {
   law_ = law;
   neighbours_ = Neighbours(2 * law_.smoothing, kFluidSkin * law_.smoothing);
