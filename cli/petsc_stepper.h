@@ -13,7 +13,7 @@ struct Block {
 
 // The unknowns of each stage of an implicit method are the velocities v with
 //   g(v) = m (v - v0) - tau (F(q0 + tau v) - c v + m gravity) = 0,
-// the kernel's own equation (plugins/solvers/particles/stage_equation.h), and with it the slope of
+// the equation of plugins/solvers/particles/stage_equation.h, and with it the slope of
 //   phi(v) = m |v - v0|^2 / 2 - tau m gravity.v + tau c |v|^2 / 2 + U(q0 + tau v).
 // Its derivative, m + tau c + tau^2 K, has symmetric blocks of 3 x 3: Newton's method (SNES) with
 // conjugate gradients, each process preconditions its own block by an incomplete Cholesky

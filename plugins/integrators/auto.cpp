@@ -233,8 +233,8 @@ class Automatic final : public sim::Integrator {
     return std::isnan(most) ? HUGE_VAL : most;
   }
 
-  // To the end of h in steps of the method's own. While looks are early, and unless the h before
-  // took few evaluations, the states at 2^-12 h, 2^-11 h, .. are asked for, too: a list that
+  // Goes to the end of h in steps of the method's own. While looks are early, and unless the h
+  // before took few evaluations, the states at 2^-12 h, 2^-11 h, .. are asked for, too: a list that
   // becomes stiff there would take any number of explicit steps to the end.
   sim::Advance own_steps(sim::OdeSystem& system, double t, double h, const double* x,
                          double* x_next) {
@@ -263,7 +263,7 @@ class Automatic final : public sim::Integrator {
     }
   }
 
-  // In a look: the next one comes with the next step.
+  // A look was cut short: the next one comes with the next step.
   sim::Advance given_up() {
     spent_ = kLook;
     longest_ = part_ = 0;
@@ -320,11 +320,6 @@ class Automatic final : public sim::Integrator {
   void choose(double t, double h, const double* x) {
     const sim::FastestMode fastest = sim::fastest_mode(*system_, t, x);
     rate_ = fastest.rate;
-    const auto number = [](double value) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.3g", value);
-      return std::string(text);
-    };
     const bool oscillates = std::fabs(fastest.damping) < 1.9 * fastest.rate;
     const bool grows = fastest.growth > kGrows * fastest.rate;
     const bool decays = flat_ && !oscillates, few = decays && system_->size() <= kFewNumbers;
@@ -376,9 +371,9 @@ class Automatic final : public sim::Integrator {
     const double error = error_of(*system_, t, s, x, status);
     if (!(error > 1) || std::isinf(error)) return;
     longest_ = s * kSafe * sim::power(error, -1 / (method_->info().order + 1.0));
-    what += ", accuracy " + number_text(tol_);
+    what += ", accuracy " + number(tol_);
   }
-  static std::string number_text(double value) {
+  static std::string number(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", value);
     return text;

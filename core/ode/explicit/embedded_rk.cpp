@@ -209,24 +209,21 @@ double EmbeddedRungeKutta::scaled_norm(const double* values, const double* x,
     const double a = std::fabs(x[i]), b = std::fabs(y[i]);
     return std::fabs(values[i]) / (tolerance_.atol + tolerance_.rtol * (a > b ? a : b));
   };
-  if (x_.size() < kLanes) {
-    double most = 0;
-    for (std::size_t i = 0; i < x_.size(); ++i) most = larger_error(most, ratio_of(i));
-    return most;
-  }
-  double most[kLanes] = {}, poison[kLanes] = {};
-  const auto take = [&](std::size_t i, std::size_t lane) {
-    const double ratio = ratio_of(i);
-    most[lane] = ratio > most[lane] ? ratio : most[lane];
-    poison[lane] += 0 * ratio;
-  };
   const std::size_t whole = x_.size() / kLanes * kLanes;
-  for (std::size_t i = 0; i < whole; i += kLanes)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) take(i + lane, lane);
-  for (std::size_t i = whole; i < x_.size(); ++i) take(i, 0);
-  double sum = 0;
-  for (const double lane : poison) sum += lane;
-  return sum == 0 ? *std::max_element(most, most + kLanes) : std::nan("");
+  double largest = 0;
+  for (std::size_t i = whole; i < x_.size(); ++i) largest = larger_error(largest, ratio_of(i));
+  if (whole > 0) {
+    double most[kLanes] = {}, poison[kLanes] = {};
+    for (std::size_t i = 0; i < whole; i += kLanes)
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const double ratio = ratio_of(i + lane);
+        most[lane] = ratio > most[lane] ? ratio : most[lane];
+        poison[lane] += 0 * ratio;
+      }
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
+      largest = larger_error(largest, most[lane] + poison[lane]);
+  }
+  return std::isfinite(largest) ? largest : std::nan("");
 }
 
 // out := the state at t, which lies in the present step.

@@ -27,7 +27,7 @@ class ParticleSolvers final : public ImplicitSolvers {
   std::unique_ptr<ImplicitContact> contact_;
 };
 
-// For a system that no registry serves.
+// Serves a system that has no registry.
 std::unique_ptr<ImplicitSolvers> make_particle_solvers(ParticleSystem& system);
 
 }  // namespace sim

@@ -414,7 +414,7 @@ TEST_CASE("auto looks earlier at small lists") {
   CHECK(looks_after(larger, 100) == 21);
   CHECK(looks_after(points, 100) == 21);
 
-  // At every look the same choice: later each time.
+  // Every look makes the same choice, and the next one comes later.
   list.decay = 0;
   Trial calm(list, 1, {{"tol", 1e-3}});
   calm.behaviour.evaluations = 1;

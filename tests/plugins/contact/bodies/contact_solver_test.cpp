@@ -129,7 +129,7 @@ TEST_CASE("the time since a gap closed is the first root of its way back", "[rig
       for (const double q : roots) {
         CAPTURE(a, p, q);
         const double one = p * kH, other = q * kH;
-        // Where both are the same they are known to the root of the rounding.
+        // They are known to the root of the rounding where both are the same.
         CHECK(time_since(0.5 * a * one * other, 0.5 * a * (one + other), a, kH) ==
               Approx(first({one, other})).margin(p == q ? 1e-9 : 1e-14));
       }

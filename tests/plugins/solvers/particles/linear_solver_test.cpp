@@ -211,7 +211,7 @@ TEST_CASE("what is not positive definite is told, with a direction that goes dow
   CHECK(told > 6);
 }
 
-// With the factors of a symmetric matrix itself one iteration is enough.
+// One iteration is enough with the factors of a symmetric matrix itself.
 TEST_CASE("GMRES takes the factors of stiff matrices that nothing restricts", "[linear]") {
   for (const double stiff : {99.0, 100.0, 101.0})
     for (const bool restricted : {false, true}) {
