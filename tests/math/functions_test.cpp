@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "core/math/arnoldi.h"
 #include "core/math/differences.h"
@@ -64,6 +65,29 @@ TEST_CASE("powers, exponentials, logarithms and waves are those of the C library
     CHECK(std::fabs(found.sine - std::sin(angle)) <= 3 * kPrecision);
     CHECK(std::fabs(found.cosine - std::cos(angle)) <= 3 * kPrecision);
   }
+}
+
+TEST_CASE("quick logarithms and powers are as good as they say, from end to end") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> exponent(-1000, 1000), near_one(0.3, 3);
+  for (int n = 0; n < 20000; ++n) {
+    const double y = n % 2 ? exponent(random) : exponent(random) / 500;
+    const double expected = std::exp2(y);
+    CHECK(std::fabs(quick_exp2(y) / expected - 1) < 1e-8);
+    for (const double x : {expected, near_one(random)}) {
+      const double log = std::log2(x);
+      CHECK(std::fabs(quick_log2(x) - log) < 2e-9 * (1 + std::fabs(log)));
+    }
+  }
+  // Where one range of the series ends and the next begins.
+  for (const double x : {std::sqrt(0.5), std::sqrt(2.0), 1.0, 2.0, 1e-300, 1e300})
+    for (const double beside : {std::nextafter(x, 0), x, std::nextafter(x, HUGE_VAL)})
+      CHECK(quick_log2(beside) == Approx(std::log2(beside)).margin(2e-9).epsilon(2e-9));
+  for (const double y : {-999.0, -1.5, -0.5, 0.0, 0.5, 1.5, 999.0})
+    for (const double beside : {std::nextafter(y, -HUGE_VAL), y, std::nextafter(y, HUGE_VAL)})
+      CHECK(quick_exp2(beside) == Approx(std::exp2(beside)).epsilon(1e-8));
+  CHECK(quick_log2(1) == 0);
+  CHECK(quick_exp2(0) == 1);
 }
 
 TEST_CASE("differences of nine points are exact for polynomials of eighth order") {

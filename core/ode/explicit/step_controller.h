@@ -38,21 +38,21 @@ class StepController {
   bool accept(double error, double h_before = 0) {
     constexpr double kSafety = 0.9, kShrink = 0.2, kGrow = 5;
     if (!(error <= 1)) {
-      const double factor = error < kHuge ? kSafety * power(error, -1.0 / k_) : 0;
+      const double factor = error < kHuge ? kSafety * quick_exp2(-quick_log2(error) / k_) : 0;
       state.h *= std::max(kShrink, factor);
       state.repeated = true;
       return false;
     }
     // An error of 0 shows only that the step may grow.
     const double size = std::max(error, kTiny);
-    const double log = log_for_power(size);
+    const double log = quick_log2(size);
     double factor = 0, least_before = kLeastBefore;
     if (control_ == Control::kProportionalIntegral) {
-      factor = kSafety * power_from_log(log, -0.7 / k_) * power_from_log(log_before(), 0.4 / k_);
+      factor = kSafety * quick_exp2((0.4 * log_before() - 0.7 * log) / k_);
     } else {
-      factor = kSafety * power_from_log(log, -1.0 / k_);
+      factor = kSafety * quick_exp2(-log / k_);
       if (h_before > 0)
-        factor *= std::min(1.0, state.h / h_before * power_from_log(log_before() - log, 1.0 / k_));
+        factor *= std::min(1.0, state.h / h_before * quick_exp2((log_before() - log) / k_));
       least_before = kLeastPredicted;
     }
     state.h *= std::clamp(factor, kShrink, state.repeated ? 1.0 : kGrow);
@@ -69,18 +69,18 @@ class StepController {
   static constexpr double kTiny = 1e-30, kHuge = 1e30, kLeastBefore = 1e-4;
   static constexpr double kLeastPredicted = 1e-2;
 
-  // A logarithm takes as long as several evaluations of a small system.
+  // A logarithm takes as long as an evaluation of a small system.
   double log_before() {
     if (state.error_before != log_of_) {
       log_of_ = state.error_before;
-      log_ = log_for_power(log_of_);
+      log_ = quick_log2(log_of_);
     }
     return log_;
   }
 
   int k_;
   Control control_;
-  double log_of_ = 0, log_ = 0;  // a number and its logarithm; 0: none
+  double log_of_ = 0, log_ = 0;  // a number and its logarithm to base 2; 0: none
 };
 
 }  // namespace sim
