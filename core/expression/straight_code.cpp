@@ -18,20 +18,30 @@ namespace {
 using Bytes = std::vector<unsigned char>;
 
 // Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2: F2 0F op is an operation
-// of doubles on the low half of a register xmm0 .. xmm15.
-enum Scalar : unsigned char {
+// of doubles on the low half of a register xmm0 .. xmm15, 66 0F op one on both halves.
+enum Opcode : unsigned char {
   kLoad = 0x10,
   kStore = 0x11,
-  kSqrtsd = 0x51,
-  kAddsd = 0x58,
-  kMulsd = 0x59,
-  kSubsd = 0x5c,
-  kDivsd = 0x5e
+  kLoadHigh = 0x16,  // 66 only
+  kUnpackLow = 0x14,
+  kUnpackHigh = 0x15,
+  kRoot = 0x51,
+  kAnd = 0x54,
+  kOr = 0x56,
+  kXor = 0x57,
+  kSum = 0x58,
+  kProduct = 0x59,
+  kDifference = 0x5c,
+  kSmaller = 0x5d,
+  kQuotient = 0x5e,
+  kLarger = 0x5f
 };
+constexpr unsigned char kLow = 0xf2, kBoth = 0x66;                 // prefixes
 constexpr std::size_t kSignMask = 0, kSizeMask = 16, kEntry = 32;  // places in the code
 
 // Writes code for `void f(double* slots)`. Registers are evicted by least recent use. A value is
-// written to its slot only if something reads it there.
+// written to its slot only if something reads it there. Two instructions in a row that do the same
+// to neighbouring slots become one on both halves of a register.
 class Assembler {
  public:
   Assembler(std::span<const Instruction> code, const std::function<bool(int)>& live)
@@ -69,122 +79,185 @@ class Assembler {
     std::memcpy(bytes_.data(), masks, sizeof masks);
     add({0x53});              // push rbx
     add({0x48, 0x89, 0xfb});  // mov rbx, rdi
-    for (now_ = 0; now_ < code_.size(); ++now_) {
-      const Instruction& instruction = code_[now_];
-      if (!arithmetic(instruction)) call(instruction);
-      writer_[instruction.to] = static_cast<int>(now_);
+    for (now_ = 0; now_ < code_.size(); now_ += wide_ ? 2 : 1) {
+      wide_ = is_pair();
+      if (!arithmetic()) call(code_[now_]);
+      for (std::size_t i = now_; i < now_ + (wide_ ? 2 : 1); ++i)
+        writer_[code_[i].to] = static_cast<int>(i);
     }
     for (std::size_t slot = 0; slot < writer_.size(); ++slot)
       if (live(static_cast<int>(slot))) is_read(static_cast<int>(slot));
     add({0x5b, 0xc3});  // pop rbx; ret
   }
 
-  // False for what is no operation of the processor.
-  bool arithmetic(const Instruction& now) {
-    const auto [a, b, c] = now.operand;
-    switch (now.op) {
+  // True if the next two instructions can be one.
+  bool is_pair() const {
+    if (now_ + 1 >= code_.size()) return false;
+    const Instruction &first = code_[now_], &second = code_[now_ + 1];
+    if (second.op != first.op || second.to != first.to + 1 || !is_arithmetic(first.op))
+      return false;
+    bool differ = false;
+    for (int i = 0; i < operand_count(first.op); ++i) {
+      const int a = first.operand[i], b = second.operand[i];
+      if ((b != a && b != a + 1) || b == first.to) return false;
+      differ = differ || b != a;
+    }
+    return differ;
+  }
+
+  static bool is_arithmetic(Op op) {
+    switch (op) {
       case Op::kCopy:
-        result(now.to, a, {});
-        return true;
       case Op::kNegate:
-        result(now.to, a, {});
-        masked(0x57, kSignMask);
-        return true;
       case Op::kAbs:
-        result(now.to, a, {});
-        masked(0x54, kSizeMask);
-        return true;
-      case Op::kSqrt: {
-        const int from = in_register(a), to = room({from});
-        scalar(kSqrtsd, to, from);
-        finish(to, now.to);
-        return true;
-      }
+      case Op::kSqrt:
       case Op::kAdd:
-        result(now.to, a, {{kAddsd, b}});
-        return true;
       case Op::kSubtract:
-        result(now.to, a, {{kSubsd, b}});
-        return true;
       case Op::kMultiply:
-        result(now.to, a, {{kMulsd, b}});
-        return true;
       case Op::kDivide:
-        result(now.to, a, {{kDivsd, b}});
-        return true;
+      case Op::kMin:
+      case Op::kMax:
       case Op::kProductPlus:
-        result(now.to, a, {{kMulsd, b}, {kAddsd, c}});
-        return true;
       case Op::kProductMinus:
-        result(now.to, a, {{kMulsd, b}, {kSubsd, c}});
-        return true;
+      case Op::kMinusProduct:
       case Op::kSumPlus:
-        result(now.to, a, {{kAddsd, b}, {kAddsd, c}});
-        return true;
       case Op::kSumMinus:
-        result(now.to, a, {{kAddsd, b}, {kSubsd, c}});
-        return true;
       case Op::kDifferencePlus:
-        result(now.to, a, {{kSubsd, b}, {kAddsd, c}});
-        return true;
       case Op::kDifferenceMinus:
-        result(now.to, a, {{kSubsd, b}, {kSubsd, c}});
-        return true;
       case Op::kProductTimes:
-        result(now.to, a, {{kMulsd, b}, {kMulsd, c}});
-        return true;
       case Op::kSumTimes:
-        result(now.to, a, {{kAddsd, b}, {kMulsd, c}});
-        return true;
       case Op::kDifferenceTimes:
-        result(now.to, a, {{kSubsd, b}, {kMulsd, c}});
         return true;
-      case Op::kMinusProduct: {
-        const int x = in_register(a), y = in_register(b, {x}), z = in_register(c, {x, y});
-        const int product = room({x, y, z});
-        copy(product, x);
-        scalar(kMulsd, product, y);
-        const int to = room({z, product});
-        copy(to, z);
-        scalar(kSubsd, to, product);
-        finish(to, now.to);
-        return true;
-      }
       default:
         return false;
     }
   }
 
-  struct Then {
-    Scalar op;
-    int slot;
-  };
-  // slots[to] := (slots[from] op slots[..]) op slots[..]; last_ is the register of the result.
-  void result(int to, int from, std::initializer_list<Then> then) {
-    const int first = in_register(from);
-    std::array<int, 3> busy{first, first, first};
-    std::size_t count = 1;
-    for (const Then& next : then) {
-      busy[count] = in_register(next.slot, busy);
-      ++count;
-    }
-    const int target = room(busy);
-    copy(target, first);
-    count = 1;
-    for (const Then& next : then) scalar(next.op, target, busy[count++]);
-    last_ = target;
-    pending_ = to;
-    // A mask may follow; what is stored is the value behind it.
+  // False for what is no operation of the processor.
+  bool arithmetic() {
     const Op op = code_[now_].op;
-    if (op != Op::kNegate && op != Op::kAbs) finish(target, to);
+    if (!is_arithmetic(op)) return false;
+    switch (op) {
+      case Op::kCopy:
+        finish(result({}));
+        break;
+      case Op::kNegate:
+        finish(masked(result({}), kXor, kSignMask));
+        break;
+      case Op::kAbs:
+        finish(masked(result({}), kAnd, kSizeMask));
+        break;
+      case Op::kSqrt: {
+        const int from = operand(0), to = room({from});
+        operate(kRoot, to, from);
+        finish(to);
+        break;
+      }
+      case Op::kAdd:
+        finish(result({kSum}));
+        break;
+      case Op::kSubtract:
+        finish(result({kDifference}));
+        break;
+      case Op::kMultiply:
+        finish(result({kProduct}));
+        break;
+      case Op::kDivide:
+        finish(result({kQuotient}));
+        break;
+      case Op::kMin:
+        finish(extreme(kSmaller));
+        break;
+      case Op::kMax:
+        finish(extreme(kLarger));
+        break;
+      case Op::kProductPlus:
+        finish(product_plus());
+        break;
+      case Op::kProductMinus:
+        finish(result({kProduct, kDifference}));
+        break;
+      case Op::kSumPlus:
+        finish(result({kSum, kSum}));
+        break;
+      case Op::kSumMinus:
+        finish(result({kSum, kDifference}));
+        break;
+      case Op::kDifferencePlus:
+        finish(result({kDifference, kSum}));
+        break;
+      case Op::kDifferenceMinus:
+        finish(result({kDifference, kDifference}));
+        break;
+      case Op::kProductTimes:
+        finish(result({kProduct, kProduct}));
+        break;
+      case Op::kSumTimes:
+        finish(result({kSum, kProduct}));
+        break;
+      case Op::kDifferenceTimes:
+        finish(result({kDifference, kProduct}));
+        break;
+      default: {  // kMinusProduct
+        const int x = operand(0), y = operand(1, {x}), z = operand(2, {x, y});
+        const int product = room({x, y, z});
+        copy(product, x);
+        operate(kProduct, product, y);
+        const int to = room({z, product});
+        copy(to, z);
+        operate(kDifference, to, product);
+        finish(to);
+        break;
+      }
+    }
+    return true;
   }
-  void masked(unsigned char op, std::size_t mask) {
-    const std::size_t end = bytes_.size() + (last_ > 7 ? 9 : 8);
-    add({0x66});
-    if (last_ > 7) add({0x44});
-    add({0x0f, op, static_cast<unsigned char>(((last_ & 7) << 3) | 5)});
+
+  // (operand 0 op operand 1) op operand 2, in the register that is returned.
+  int result(std::initializer_list<Opcode> then) {
+    std::array<int, 3> busy;
+    busy.fill(operand(0));
+    for (std::size_t i = 1; i <= then.size(); ++i) busy[i] = operand(static_cast<int>(i), busy);
+    const int to = room(busy);
+    copy(to, busy[0]);
+    std::size_t i = 0;
+    for (const Opcode op : then) operate(op, to, busy[++i]);
+    return to;
+  }
+
+  // A sum that grows stays in its register.
+  int product_plus() {
+    const int x = operand(0), y = operand(1, {x}), sum = operand(2, {x, y});
+    const int product = room({x, y, sum});
+    copy(product, y);
+    operate(kProduct, product, x);
+    const bool grows = code_[now_].operand[2] == code_[now_].to;
+    const int to = grows ? sum : product;
+    operate(kSum, to, grows ? product : sum);
+    return to;
+  }
+
+  // `op` of b and a is a where they are equal or a is not a number, and where b is not: a mask of
+  // ones, which is no number either.
+  int extreme(Opcode op) {
+    const int a = operand(0), b = operand(1, {a}), to = room({a, b});
+    copy(to, b);
+    operate(op, to, a);
+    const int unordered = room({a, b, to});
+    copy(unordered, b);
+    prefixed(wide_ ? kBoth : kLow, 0xc2, unordered, unordered);  // cmpunord
+    add({3});
+    prefixed(kBoth, kOr, to, unordered);
+    return to;
+  }
+
+  int masked(int to, Opcode op, std::size_t mask) {
+    const std::size_t end = bytes_.size() + (to > 7 ? 9 : 8);
+    add({kBoth});
+    if (to > 7) add({0x44});
+    add({0x0f, op, static_cast<unsigned char>(((to & 7) << 3) | 5)});
     add_number(static_cast<std::uint32_t>(mask - end));
-    finish(last_, pending_);
+    return to;
   }
 
   void call(const Instruction& now) {
@@ -206,49 +279,124 @@ class Assembler {
 
   // --- Registers ---
 
-  void forget() {
-    held_.fill(-1);
-    used_.fill(0);
-  }
+  enum class Content { kOne, kPair, kTwice };  // a slot, it and the next one, a slot in both halves
+  struct Register {
+    int slot = -1, used = 0;
+    Content content = Content::kOne;
+  };
 
-  template <class Busy>
-  int free_of(const Busy& busy) {
+  void forget() { registers_.fill({}); }
+
+  Register& at(int i) { return registers_[static_cast<std::size_t>(i)]; }
+
+  template <class Busy = std::array<int, 0>>
+  int room(const Busy& busy = {}) {
     int best = -1;
     for (int i = 0; i < kRegisters; ++i) {
       if (std::ranges::find(busy, i) != std::end(busy)) continue;
-      const auto at = static_cast<std::size_t>(i);
-      if (held_[at] < 0) return i;
-      if (best < 0 || used_[at] < used_[static_cast<std::size_t>(best)]) best = i;
+      if (at(i).slot < 0) {
+        best = i;
+        break;
+      }
+      if (best < 0 || at(i).used < at(best).used) best = i;
     }
+    at(best) = {.used = ++clock_};
     return best;
   }
-  template <class Busy>
-  int room_for(const Busy& busy) {
-    const int free = free_of(busy);
-    held_[static_cast<std::size_t>(free)] = -1;
-    used_[static_cast<std::size_t>(free)] = ++clock_;
-    return free;
-  }
-  int room(std::initializer_list<int> busy) { return room_for(busy); }
-  int room(const std::array<int, 3>& busy) { return room_for(busy); }
+  int room(std::initializer_list<int> busy) { return room<std::initializer_list<int>>(busy); }
 
-  int in_register(int slot) { return in_register(slot, std::array<int, 3>{-1, -1, -1}); }
-  int in_register(int slot, std::initializer_list<int> busy) {
-    std::array<int, 3> all{-1, -1, -1};
-    std::ranges::copy(busy, all.begin());
-    return in_register(slot, all);
-  }
-  int in_register(int slot, const std::array<int, 3>& busy) {
+  int found(int slot, Content content) {
     for (int i = 0; i < kRegisters; ++i)
-      if (const auto at = static_cast<std::size_t>(i); held_[at] == slot) {
-        used_[at] = ++clock_;
+      if (at(i).slot == slot && at(i).content == content) {
+        at(i).used = ++clock_;
         return i;
       }
-    const int free = room_for(busy);
-    is_read(slot);
-    memory(kLoad, free, slot);
-    held_[static_cast<std::size_t>(free)] = slot;
-    return free;
+    return -1;
+  }
+  // A register whose low half is the slot.
+  int found_low(int slot) {
+    for (const Content content : {Content::kOne, Content::kTwice, Content::kPair})
+      if (const int i = found(slot, content); i >= 0) return i;
+    return -1;
+  }
+
+  // The register of operand i of the present instruction, or of two.
+  template <class Busy = std::array<int, 0>>
+  int operand(int i, const Busy& busy = {}) {
+    const int slot = code_[now_].operand[i];
+    if (!wide_) return one(slot, busy);
+    return code_[now_ + 1].operand[i] == slot ? twice(slot, busy) : pair(slot, busy);
+  }
+  int operand(int i, std::initializer_list<int> busy) {
+    return operand<std::initializer_list<int>>(i, busy);
+  }
+
+  template <class Busy>
+  int one(int slot, const Busy& busy) {
+    if (const int i = found_low(slot); i >= 0) return i;
+    const int high = found(slot - 1, Content::kPair);
+    const int to = room(with(busy, high));
+    if (high >= 0) {
+      copy(to, high);
+      prefixed(kBoth, kUnpackHigh, to, to);
+    } else {
+      load(kLow, kLoad, to, slot);
+    }
+    return holds(to, slot, Content::kOne);
+  }
+
+  template <class Busy>
+  int twice(int slot, const Busy& busy) {
+    if (const int i = found(slot, Content::kTwice); i >= 0) return i;
+    const int low = found_low(slot);
+    const int to = room(with(busy, low));
+    if (low >= 0)
+      copy(to, low);
+    else
+      load(kLow, kLoad, to, slot);
+    prefixed(kBoth, kUnpackLow, to, to);
+    return holds(to, slot, Content::kTwice);
+  }
+
+  template <class Busy>
+  int pair(int slot, const Busy& busy) {
+    if (const int i = found(slot, Content::kPair); i >= 0) return i;
+    const int low = found_low(slot), high = found_low(slot + 1);
+    const int to = room(with(busy, low, high));
+    if (low >= 0 && high >= 0) {
+      copy(to, low);
+      prefixed(kBoth, kUnpackLow, to, high);
+    } else if (is_fresh(slot) || is_fresh(slot + 1)) {
+      load(kLow, kLoad, to, slot);
+      load(kBoth, kLoadHigh, to, slot + 1);
+    } else {
+      load(kBoth, kLoad, to, slot);
+      is_read(slot + 1);
+    }
+    return holds(to, slot, Content::kPair);
+  }
+
+  // A number that was written alone a moment ago: a load of it with its neighbour would wait until
+  // it has left the store buffer.
+  bool is_fresh(int slot) const {
+    constexpr int kMoment = 40;
+    const int writer = writer_[static_cast<std::size_t>(slot)];
+    return writer >= 0 && static_cast<int>(now_) - writer < kMoment;
+  }
+
+  template <class Busy>
+  static std::array<int, 5> with(const Busy& busy, int one, int another = -1) {
+    std::array<int, 5> all;
+    all.fill(one);
+    std::ranges::copy(busy, all.begin());
+    all.back() = another;
+    return all;
+  }
+
+  int holds(int i, int slot, Content content) {
+    at(i).slot = slot;
+    at(i).content = content;
+    return i;
   }
 
   void is_read(int slot) {
@@ -256,11 +404,20 @@ class Assembler {
     if (found_ && writer >= 0) (*found_)[static_cast<std::size_t>(writer)] = true;
   }
 
-  void finish(int from, int slot) {
-    for (int& held : held_)
-      if (held == slot) held = -1;
-    held_[static_cast<std::size_t>(from)] = slot;
-    if (read_[now_]) memory(kStore, from, slot);
+  // The register `from` has the result of the present instruction, or of two.
+  void finish(int from) {
+    const int slot = code_[now_].to, last = slot + (wide_ ? 1 : 0);
+    for (Register& each : registers_) {
+      const int end = each.slot + (each.content == Content::kPair ? 1 : 0);
+      if (each.slot < 0 || end < slot || each.slot > last) continue;
+      if (each.slot < slot)
+        each.content = Content::kOne;  // of a pair the low half is left
+      else
+        each = {};
+    }
+    at(from).used = ++clock_;
+    holds(from, slot, wide_ ? Content::kPair : Content::kOne);
+    if (read_[now_] || (wide_ && read_[now_ + 1])) memory(wide_ ? kBoth : kLow, kStore, from, slot);
   }
 
   // --- Bytes ---
@@ -276,19 +433,22 @@ class Assembler {
     add_number(static_cast<std::uint32_t>(number));
     add_number(static_cast<std::uint32_t>(number >> 32));
   }
-  void scalar(Scalar op, int to, int from) {
-    add({0xf2});
+  void operate(Opcode op, int to, int from) { prefixed(wide_ ? kBoth : kLow, op, to, from); }
+  void prefixed(unsigned char prefix, int op, int to, int from) {
+    add({prefix});
     rex(to, from);
-    add({0x0f, op, static_cast<unsigned char>(0xc0 | ((to & 7) << 3) | (from & 7))});
+    add({0x0f, static_cast<unsigned char>(op),
+         static_cast<unsigned char>(0xc0 | ((to & 7) << 3) | (from & 7))});
   }
-  void copy(int to, int from) {  // movapd
-    if (to == from) return;
-    add({0x66});
-    rex(to, from);
-    add({0x0f, 0x28, static_cast<unsigned char>(0xc0 | ((to & 7) << 3) | (from & 7))});
+  void copy(int to, int from) {
+    if (to != from) prefixed(kBoth, 0x28, to, from);  // movapd
   }
-  void memory(Scalar op, int value, int slot) {  // at [rbx + 8 slot]
-    add({0xf2});
+  void load(unsigned char prefix, Opcode op, int to, int slot) {
+    is_read(slot);
+    memory(prefix, op, to, slot);
+  }
+  void memory(unsigned char prefix, Opcode op, int value, int slot) {  // at [rbx + 8 slot]
+    add({prefix});
     rex(value, 0);
     add({0x0f, op, static_cast<unsigned char>(0x83 | ((value & 7) << 3))});
     add_number(8 * static_cast<std::uint32_t>(slot));
@@ -304,8 +464,9 @@ class Assembler {
   std::vector<bool>* found_ = nullptr;
   Bytes bytes_;
   std::size_t now_ = 0;
-  int last_ = 0, pending_ = 0, clock_ = 0;
-  std::array<int, kRegisters> held_ = {}, used_ = {};
+  bool wide_ = false;  // the present instruction and the next one are one
+  int clock_ = 0;
+  std::array<Register, kRegisters> registers_ = {};
 };
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The interface between an embedded pair and a system, which keeps the stages in its own form.
 #pragma once
 
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,6 +10,18 @@
 #include "core/ode/plan.h"
 
 namespace sim {
+
+// Error tolerance: |error_i| <= atol + rtol |x_i| for every number of the state, in each step.
+struct Tolerance {
+  double atol = 1e-6, rtol = 1e-6;
+  double max_step = std::numeric_limits<double>::infinity();  // s
+};
+
+// The largest |e_i| / (atol + rtol max(|x_i|, |x_next_i|)) of the estimates of a pair; nan if one
+// is not finite.
+struct ErrorNorms {
+  double fine, coarse;
+};
 
 // An EmbeddedPair at run time; a row of weights has one for every stage.
 struct EmbeddedPlan {
@@ -52,6 +66,10 @@ class EmbeddedStepper {
   // out := base + h sum_i weights_i k_i, of the step of size h from x; of k_0 alone for any h.
   virtual void combine(const double* x, double h, std::span<const double> weights,
                        const double* base, double* out) = 0;
+
+  // The norms of h sum_i error_i k_i and h sum_i coarse_i k_i of the step just taken, closed where
+  // they need it, if they need not be found from combine(); the coarse one where the pair has one.
+  virtual std::optional<ErrorNorms> error_norms(const Tolerance& /*tolerance*/) { return {}; }
 
   // k_0 := k_S. The next step begins where this one ends.
   virtual void shift() = 0;

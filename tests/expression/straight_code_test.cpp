@@ -69,6 +69,49 @@ TEST_CASE("machine code of instructions has the bits of the interpreter") {
 #endif
 }
 
+// Neighbours that do the same become one instruction on two numbers; operands in a row, the same
+// twice, one of a pair alone, slots that overlap, and results that the next pair reads.
+TEST_CASE("machine code of instructions in pairs has the bits of the interpreter") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> number(-2, 2);
+  for (const int slots : {4, 7, 16, 60, 400})
+    for (int turn = 0; turn < 60; ++turn) {
+      std::uniform_int_distribution<int> slot(0, slots - 2);
+      std::vector<Instruction> code;
+      for (int i = 0; i < 10 + 5 * turn; ++i) {
+        const auto op = static_cast<Op>(random() % kOps);
+        if (op == Op::kNumber || op == Op::kInput) continue;
+        const auto any = [&] { return static_cast<std::uint16_t>(slot(random)); };
+        Instruction now{op, any(), {any(), any(), any()}};
+        if (random() % 3 == 0) now.operand[2] = now.to;  // a sum that grows
+        const auto row = random() % 4;
+        for (unsigned j = 0; j <= row && now.to < slots; ++j) {
+          code.push_back(now);
+          ++now.to;
+          for (std::uint16_t& operand : now.operand)
+            if (random() % 3 && operand + 1 < slots) ++operand;
+        }
+      }
+      const auto all = [](int) { return true; };
+      const StraightCode fast(
+          code, turn % 2 ? all : [](int at) { return at % 3 == 0; });
+      const StraightCode plain(code, all, StraightCode::Form::kInterpreted);
+      std::vector<double> a(static_cast<std::size_t>(slots)), b;
+      for (double& value : a) value = number(random);
+      if (turn % 5 == 0) a[0] = std::nan("");
+      if (turn % 7 == 0) a[1] = -0.0;
+      b = a;
+      fast.run(a.data());
+      plain.run(b.data());
+      for (int i = 0; i < slots; i += turn % 2 ? 1 : 3) {
+        const auto at = static_cast<std::size_t>(i);
+        if (!same(a[at], b[at]))
+          FAIL_CHECK(slots << " slots, turn " << turn << ": slot " << i << " is " << a[at]
+                           << ", not " << b[at]);
+      }
+    }
+}
+
 TEST_CASE("code that moves to another place still runs, and no code does nothing") {
   StraightCode first({{Op::kSin, 1, {0, 0, 0}}}, [](int) { return true; });
   StraightCode second = std::move(first);

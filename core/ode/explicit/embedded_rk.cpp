@@ -193,9 +193,10 @@ double EmbeddedRungeKutta::scaled_error() {
     combine(zero_.data(), h_, weights, error_.data());
     return scaled_norm(error_.data(), x_.data(), x_next_.data());
   };
-  const double fine = norm(plan_.error);
+  const auto norms = stepper_->error_norms(tolerance_);
+  const double fine = norms ? norms->fine : norm(plan_.error);
   if (plan_.coarse.empty() || fine == 0) return fine;
-  const double coarse = norm(plan_.coarse);
+  const double coarse = norms ? norms->coarse : norm(plan_.coarse);
   return fine * (fine / std::sqrt(fine * fine + 0.01 * coarse * coarse));
 }
 

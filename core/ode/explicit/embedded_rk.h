@@ -9,12 +9,6 @@
 
 namespace sim {
 
-// Error tolerance: |error_i| <= atol + rtol |x_i| for every number of the state, in each step.
-struct Tolerance {
-  double atol = 1e-6, rtol = 1e-6;
-  double max_step = std::numeric_limits<double>::infinity();  // s
-};
-
 // The error determines the steps, whatever the interval h at which states are asked for: a state
 // inside a step comes from the dense output. The last step may therefore end beyond the last state.
 // The solution advances with the weights of higher order.

@@ -49,7 +49,7 @@ bool Ensemble::prepare(const ExplicitPlan& plan) {
   if (program_) return true;
   const Code& code = *lanes_.front().code;
   if (!StraightStepper::fits(code, plan)) return false;
-  program_.emplace(code, plan.stages);
+  program_.emplace(code, plan.stages, StageProgram::Steps::kEqual);
   add_step(*program_, plan);
   instructions_ = program_->take();
   const std::size_t count = program_->all_slots().size();

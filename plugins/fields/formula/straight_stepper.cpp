@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
 
 #include "core/base/finite.h"
 #include "ensemble.h"
@@ -12,16 +12,9 @@ namespace {
 
 constexpr int kAtOnce = 256;  // steps: the overhead of a call is small beside them
 
-std::uint16_t slot(int number) { return static_cast<std::uint16_t>(number); }
-
 int count_weights(std::span<const double> weights) {
   return static_cast<int>(weights.size() -
                           static_cast<std::size_t>(std::ranges::count(weights, 0.0)));
-}
-
-std::span<const double> row_of(const ExplicitPlan& plan, int stage) {
-  return std::span(plan.a).subspan(static_cast<std::size_t>(stage * plan.stages),
-                                   static_cast<std::size_t>(stage));
 }
 
 // out := base + h sum_j weights_j k_j of N numbers, which stay in registers; the numbers of k_(j+1)
@@ -46,85 +39,15 @@ void add_slopes(const double* base, double h, std::span<const double> weights, c
 
 }  // namespace
 
-bool StageProgram::fits(const Code& code, int stages, int weights) {
-  constexpr std::size_t kMostInstructions = 20000;
-  const int numbers = (3 + stages) * code.outputs + stages +
-                      static_cast<int>(code.constants.size()) + code.registers + weights;
-  return numbers <= std::numeric_limits<std::uint16_t>::max() &&
-         code.instructions.size() * static_cast<std::size_t>(stages) <= kMostInstructions;
-}
-
-StageProgram::StageProgram(const Code& code, int stages)
-    : code_(code),
-      size_(code.outputs),
-      y_(size_),
-      next_(2 * size_),
-      k_(3 * size_),
-      times_(k_ + stages * size_),
-      constants_(times_ + stages),
-      registers_(constants_ + static_cast<int>(code.constants.size())) {
-  slots_.resize(static_cast<std::size_t>(registers_ + code.registers), 0);
-  std::ranges::copy(code.constants, slots_.begin() + constants_);
-}
-
-int StageProgram::add_sum(std::span<const double> weights, int y) {
-  int from = x();
-  for (std::size_t j = 0; j < weights.size(); ++j) {
-    if (weights[j] == 0) continue;
-    const int weight = static_cast<int>(slots_.size());
-    weights_.push_back(weights[j]);
-    slots_.push_back(0);
-    for (int i = 0; i < size_; ++i)
-      instructions_.push_back({Op::kProductPlus,
-                               slot(y + i),
-                               {slot(weight), slot(k(static_cast<int>(j)) + i), slot(from + i)}});
-    from = y;
-  }
-  return from;
-}
-
-void StageProgram::add_slope(int stage, int point) {
-  const auto moved = [&](int number) {
-    if (number < size_) return point + number;
-    if (number < code_.inputs) return times_ + stage;
-    if (number < code_.first_constant()) return k(stage) + number - code_.inputs;
-    if (number < code_.first_register()) return constants_ + number - code_.first_constant();
-    return registers_ + number - code_.first_register();
-  };
-  for (Instruction now : code_.instructions) {
-    now.to = slot(moved(now.to));
-    for (int i = 0; i < operand_count(now.op); ++i) now.operand[i] = slot(moved(now.operand[i]));
-    instructions_.push_back(now);
-  }
-}
-
-void StageProgram::add_copy(int from, int to) {
-  if (from == to) return;
-  for (int i = 0; i < size_; ++i)
-    instructions_.push_back({Op::kCopy, slot(to + i), {slot(from + i), 0, 0}});
-}
-
-void StageProgram::set_step(double h) {
-  if (h == h_) return;
-  h_ = h;
-  double* const products = slots_.data() + first_weight();
-  for (std::size_t i = 0; i < weights_.size(); ++i) products[i] = h * weights_[i];
-}
-
 bool StraightStepper::fits(const Code& code, const ExplicitPlan& plan) {
   return StageProgram::fits(code, plan.stages, count_weights(plan.a) + count_weights(plan.b));
-}
-
-void add_step(StageProgram& program, const ExplicitPlan& plan) {
-  for (int stage = 0; stage < plan.stages; ++stage) program.add_stage(row_of(plan, stage), stage);
-  program.add_copy(program.add_sum(plan.b, program.next()), program.x());
 }
 
 StraightStepper::StraightStepper(const Code& code, const ExplicitPlan& plan,
                                  const EnsembleLane& beside)
     : plan_(plan),
       beside_(beside),
-      program_(code, plan.stages),
+      program_(code, plan.stages, StageProgram::Steps::kEqual),
       at_once_(code.reads.back() ? 1 : kAtOnce) {  // formulas that read t need each time
   add_step(program_, plan_);
   code_ = program_.take([this](int number) { return number < program_.size(); });
@@ -149,13 +72,17 @@ bool StraightStepper::step(double t, double h, int count, const double* x, doubl
 }
 
 bool StraightPair::fits(const Code& code, const EmbeddedPlan& plan) {
-  int weights = count_weights(plan.method.b);
+  int weights =
+      count_weights(plan.method.b) + count_weights(plan.error) + count_weights(plan.coarse);
   for (const auto& row : plan.a) weights += count_weights(row);
-  return StageProgram::fits(code, static_cast<int>(plan.c.size()), weights);
+  return StageProgram::fits(code, static_cast<int>(plan.c.size()), weights,
+                            kNumbers + 2 * code.outputs);
 }
 
 StraightPair::StraightPair(const Code& code, const EmbeddedPlan& plan)
-    : plan_(plan), program_(code, static_cast<int>(plan.c.size())) {
+    : plan_(plan),
+      program_(code, static_cast<int>(plan.c.size()), StageProgram::Steps::kChanging,
+               kNumbers + 2 * code.outputs) {
   const auto take = [this] {
     return program_.take([this](int number) { return program_.is_result(number); });
   };
@@ -171,11 +98,47 @@ StraightPair::StraightPair(const Code& code, const EmbeddedPlan& plan)
        ++stage)
     program_.add_stage(plan_.a[stage], static_cast<int>(stage));
   extend_ = take();
+  add_norms();
+  norms_ =
+      program_.take([this](int slot) { return slot == number(kFine) || slot == number(kCoarse); });
 }
 
-bool StraightPair::slope_is_finite(int stage) {
-  return all_finite(
-      {program_.slots() + program_.k(stage), static_cast<std::size_t>(program_.size())});
+// The largest |e_i| / (atol + rtol max(|x_i|, |x_next_i|)).
+void StraightPair::add_norms() {
+  constexpr unsigned kFirst = 1, kLast = 4;
+  const int scale = program_.scratch() + kNumbers, ratio = scale + program_.size();
+  program_.add(Op::kAbs, scale, {program_.x()});
+  program_.add(Op::kAbs, ratio, {program_.next()});
+  program_.add(Op::kMax, scale, {scale, ratio});
+  program_.add(Op::kProductPlus, scale, {number(kRtol), scale, number(kAtol)}, kFirst | kLast);
+  const auto add_norm = [&](std::span<const double> weights, Number to) {
+    if (count_weights(weights) == 0) return;
+    program_.add_slopes(weights, ratio);
+    program_.add(Op::kAbs, ratio, {ratio});
+    program_.add(Op::kDivide, ratio, {ratio, scale});
+    program_.add_largest(ratio, number(to));
+  };
+  add_norm(plan_.error, kFine);
+  add_norm(plan_.coarse, kCoarse);
+}
+
+// Step and states are still in their slots.
+std::optional<ErrorNorms> StraightPair::error_norms(const Tolerance& tolerance) {
+  double* const slots = program_.slots();
+  slots[number(kAtol)] = tolerance.atol;
+  slots[number(kRtol)] = tolerance.rtol;
+  norms_.run(slots);
+  const auto finite = [&](Number which) {
+    const double norm = slots[number(which)];
+    return std::isfinite(norm) ? norm : std::nan("");
+  };
+  return ErrorNorms{finite(kFine), finite(kCoarse)};
+}
+
+bool StraightPair::is_finite(int slot) const {
+  double poison = 0;
+  for (int i = 0; i < program_.size(); ++i) poison += 0 * program_.slots()[slot + i];
+  return poison == 0;
 }
 
 void StraightPair::set_times(double t, double h, int first, int last) {
@@ -189,7 +152,7 @@ bool StraightPair::start(double t, const double* x) {
   std::copy_n(x, program_.size(), program_.slots());
   program_.set_time(0, t);
   start_.run(program_.slots());
-  return slope_is_finite(0);
+  return is_finite(program_.k(0));
 }
 
 bool StraightPair::step(double t, double h, const double* x, double* x_next) {
@@ -197,14 +160,14 @@ bool StraightPair::step(double t, double h, const double* x, double* x_next) {
   std::copy_n(x, program_.size(), program_.slots());
   step_.run(program_.slots());
   std::copy_n(program_.slots() + program_.next(), program_.size(), x_next);
-  return all_finite({x_next, static_cast<std::size_t>(program_.size())});
+  return is_finite(program_.next());
 }
 
 bool StraightPair::close(double t, const double* x) {
   std::copy_n(x, program_.size(), program_.slots() + program_.next());
   program_.set_time(plan_.stages, t);
   close_.run(program_.slots());
-  return slope_is_finite(plan_.stages);
+  return is_finite(program_.k(plan_.stages));
 }
 
 void StraightPair::extend(double t, double h, const double* x) {

@@ -1,71 +1,15 @@
 // Explicit Runge-Kutta steps of a few formulas as lists of operations on numbers.
 #pragma once
 
-#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
-#include <utility>
-#include <vector>
 
-#include "core/expression/program.h"
 #include "core/expression/straight_code.h"
 #include "core/ode/ode_system.h"
+#include "stage_program.h"
 
 namespace sim {
-
-// Writes stages and the sums between them as instructions, in the order of OdeSystem's own steppers
-// and so with their bits. `code` is f: its inputs are the numbers of the state and then t, its
-// outputs their derivatives. Slots: x, y, x_next, k of each stage, t of each stage, constants,
-// registers, weights times h.
-class StageProgram {
- public:
-  StageProgram(const Code& code, int stages);
-
-  // True if instructions can name all slots of such stages.
-  static bool fits(const Code& code, int stages, int weights);
-
-  int size() const { return size_; }
-  int x() const { return 0; }
-  int next() const { return next_; }
-  int k(int stage) const { return k_ + stage * size_; }
-  bool is_result(int slot) const { return slot >= next_ && slot < times_; }  // x_next or a slope
-
-  // y := x + h sum_j weights_j k_j. Returns the first slot of the sum, x if nothing is added.
-  int add_sum(std::span<const double> weights, int y);
-  // k_stage := f(t_stage, the numbers from slot `point` on).
-  void add_slope(int stage, int point);
-  void add_stage(std::span<const double> weights, int stage) {
-    add_slope(stage, add_sum(weights, y_));
-  }
-  void add_copy(int from, int to);
-
-  // Takes all instructions added since the last call, as a list
-  std::vector<Instruction> take() { return std::exchange(instructions_, {}); }
-  // or as code, after which these slots are read.
-  StraightCode take(const std::function<bool(int slot)>& live) {
-    return StraightCode(take(), live);
-  }
-
-  double* slots() { return slots_.data(); }
-  std::span<const double> all_slots() const { return slots_; }
-  int first_constant() const { return constants_; }
-  int time(int stage) const { return times_ + stage; }
-  std::size_t first_weight() const { return slots_.size() - weights_.size(); }
-  void set_step(double h);
-  bool reads_time() const { return code_.reads.back(); }
-  void set_time(int stage, double t) { slots_[static_cast<std::size_t>(times_ + stage)] = t; }
-
- private:
-  const Code& code_;
-  int size_, y_, next_, k_, times_, constants_, registers_;  // first slots
-  std::vector<Instruction> instructions_;
-  std::vector<double> weights_;
-  double h_ = 0;  // of the products with them in the last slots
-  std::vector<double> slots_;
-};
-
-// Adds a whole step of equal steps: x := the next state.
-void add_step(StageProgram& program, const ExplicitPlan& plan);
 
 class Ensemble;
 
@@ -107,15 +51,21 @@ class StraightPair final : public EmbeddedStepper {
   void extend(double t, double h, const double* x) override;
   void combine(const double* x, double h, std::span<const double> weights, const double* base,
                double* out) override;
+  std::optional<ErrorNorms> error_norms(const Tolerance& tolerance) override;
   void shift() override;
 
  private:
-  bool slope_is_finite(int stage);
+  // Scratch: numbers of the norms, then for every number of the state its scale, then its ratio.
+  enum Number { kAtol, kRtol, kFine, kCoarse, kNumbers };
+
+  bool is_finite(int slot) const;  // all numbers of a state or slope from there on
   void set_times(double t, double h, int first, int last);
+  void add_norms();
+  int number(Number which) const { return program_.scratch() + which; }
 
   EmbeddedPlan plan_;
   StageProgram program_;
-  StraightCode start_, step_, close_, extend_;
+  StraightCode start_, step_, close_, extend_, norms_;
 };
 
 }  // namespace sim
