@@ -1,6 +1,7 @@
 // Chooses a method and a step for a system, from the fastest mode of its Jacobian and the
 // tolerance, and checks the choice during the run.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -51,7 +52,7 @@ constexpr double kLook = 2000;  // evaluations from one look at the fastest mode
 constexpr double kFirstLook = 500, kFewInStep = 100;
 constexpr int kEarlyLooks = 2;
 constexpr int kChoices = 16, kLooks = 4;  // room for them in a stored number
-constexpr double kHold = 20;    // steps of h after implicit steps were given up
+constexpr double kHold = 20;              // steps of h after implicit steps were given up
 
 class Automatic final : public sim::Integrator {
  public:
@@ -66,6 +67,9 @@ class Automatic final : public sim::Integrator {
 
   void prepare(sim::OdeSystem& system) override {
     system_ = &system;
+    for (auto& method : methods_) method.reset();
+    method_ = nullptr;
+    choice_ = kNone;
     splits_ = system.split_stepper({.drift = {0, 1}, .kick = {1}, .order = 4}) != nullptr;
     const sim::StateShape shape = system.shape();
     flat_ = shape.first().item == "component";
@@ -87,8 +91,8 @@ class Automatic final : public sim::Integrator {
     if (system.gave_up()) return given_up();
     const sim::Effort before = method_->effort();
     const bool equal = !method_->info().adaptive;
-    const sim::Advance now = equal ? equal_steps(system, t, h, most, x, x_next)
-                                   : own_steps(system, t, h, x, x_next);
+    const sim::Advance now =
+        equal ? equal_steps(system, t, h, most, x, x_next) : own_steps(system, t, h, x, x_next);
     if (now.status != sim::StepStatus::kDone) {
       const bool hard = now.status != sim::StepStatus::kStopped && is_explicit();
       if (!hard || tol_ < kImplicit || system.has_inequalities()) return now;
@@ -142,7 +146,12 @@ class Automatic final : public sim::Integrator {
     method_->recall(memory.subspan(kOwn));
   }
 
-  sim::Effort effort() const override { return method_ ? past_ + method_->effort() : past_; }
+  sim::Effort effort() const override {
+    sim::Effort sum;
+    for (const auto& method : methods_)
+      if (method) sum = sum + method->effort();
+    return sum;
+  }
 
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes{reason_};
@@ -186,18 +195,22 @@ class Automatic final : public sim::Integrator {
     return system_->size() <= kSmall && tol_ >= kLinear ? kRosenbrock : kMultistep;
   }
 
+  // A method that was left is kept: systems go in and out of stiffness.
   void take(Choice choice) {
     if (choice == choice_) return;
-    past_ = effort();
     constexpr const char* kNames[] = {"",         "verlet", "pefrl", "dopri5", "dop853",
                                       "esdirk43", "rk4",    "bdf",   "rodas4"};
-    Given given;
-    if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
-    if (choice == kStiff || choice == kMultistep || choice == kRosenbrock)
-      given["tol"] = atol_ ? tol_ : std::min(tol_, kLoosest);
-    if (atol_ && given.contains("tol")) given["atol"] = *atol_;
-    method_ = other_({kNames[choice], given});
-    method_->prepare(*system_);
+    std::unique_ptr<sim::Integrator>& method = methods_[choice];
+    if (!method) {
+      Given given;
+      if (choice == kAdaptive || choice == kAccurate) given["tol"] = tol_;
+      if (choice == kStiff || choice == kMultistep || choice == kRosenbrock)
+        given["tol"] = atol_ ? tol_ : std::min(tol_, kLoosest);
+      if (atol_ && given.contains("tol")) given["atol"] = *atol_;
+      method = other_({kNames[choice], given});
+      method->prepare(*system_);
+    }
+    method_ = method.get();
     name_ = kNames[choice];
     choice_ = choice;
   }
@@ -385,7 +398,8 @@ class Automatic final : public sim::Integrator {
   sim::OdeSystem* system_ = nullptr;
   bool splits_ = false;  // particles whose forces depend on positions and drag alone
   bool flat_ = false;    // a list of numbers, no points
-  std::unique_ptr<sim::Integrator> method_;
+  std::array<std::unique_ptr<sim::Integrator>, kRosenbrock + 1> methods_;  // made so far
+  sim::Integrator* method_ = nullptr;                                      // of these
   Choice choice_ = kNone;
   std::string name_, reason_;
   double longest_ = 0;           // equal step of the method, s
@@ -394,7 +408,6 @@ class Automatic final : public sim::Integrator {
   int looks_ = 0;                // early ones, since the choice
   bool many_ = true;             // evaluations in the last step of h, as far as is known
   double spent_ = 0, hold_ = 0;  // evaluations since a look; steps without implicit ones
-  sim::Effort past_;             // of methods before
   sim::Array between_, coarse_, half_, fine_;
 };
 

@@ -31,6 +31,7 @@ void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double
   const double slope = scaled_norm(last_slope_.data(), x, x);
   controller_.state = {.h = slope > 0 ? 0.5 / slope : h};
   cuts_ = 0;
+  since_ = 0;
   anew_ = false;
 }
 
@@ -102,6 +103,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
       break;
     }
     ++own_.steps;
+    ++since_;
     // A step shortened by an event does not count against the size before.
     if (last) controller_.state.h = std::max(controller_.state.h, std::min(wanted, 2 * asked));
     if (events_) status = end_at_event(system);
@@ -132,19 +134,23 @@ Advance AdaptiveImplicit::advance(OdeSystem& system, double t, double h, std::in
       return {status};
     }
   }
-  interpolate(t + h, x_next);
+  state_at(system, t + h, x_next);
+  since_ = 0;
   if (!events_ && !system.project(t + h, x_next)) return {StepStatus::kNotConverged};
   return {StepStatus::kDone, 1};
 }
 
-// out := the state at t, which lies in the present step.
-void AdaptiveImplicit::interpolate(double t, double* out) const {
+// out := the state at t, which lies in the present step. Where many steps lie between two states
+// one more is cheap.
+void AdaptiveImplicit::state_at(OdeSystem& system, double t, double* out) {
+  constexpr int kMany = 20;
   if (!(t < t_ + h_)) {
     std::copy_n(y_.data(), y_.size(), out);
     return;
   }
-  stages_->interpolate(
-      (t - t_) / h_, {h_, x_.span(), slope_.span(), y_.span(), last_slope_.span()}, out);
+  const PairStep step{h_, x_.span(), slope_.span(), y_.span(), last_slope_.span()};
+  if (since_ >= kMany && !events_ && stages_->step_inside(system, t_, t - t_, step, out)) return;
+  stages_->interpolate((t - t_) / h_, step, out);
 }
 
 // The largest |value_i| / (atol + rtol max(|x_i|, |y_i|)); not a number if one is not finite.
@@ -162,7 +168,8 @@ double AdaptiveImplicit::scaled_norm(const double* values, const double* x, cons
 std::vector<double> AdaptiveImplicit::memory() const {
   if (fresh_) return {};
   const StepController::State& state = controller_.state;
-  std::vector<double> kept{t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0};
+  std::vector<double> kept{
+      t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0, static_cast<double>(since_)};
   for (const Array* array : {&x_, &y_, &slope_, &last_slope_})
     kept.insert(kept.end(), array->span().begin(), array->span().end());
   if (events_) kept.insert(kept.end(), {static_cast<double>(cuts_), anew_ ? 1.0 : 0.0});
@@ -172,14 +179,15 @@ std::vector<double> AdaptiveImplicit::memory() const {
 }
 
 void AdaptiveImplicit::recall(std::span<const double> memory) {
-  constexpr std::size_t kHead = 5;
+  constexpr std::size_t kHead = 6;
   const std::size_t size = x_.size(), of_events = events_ ? 2 : 0;
   fresh_ = memory.size() < kHead + 4 * size + of_events ||
-           !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0);
+           !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0 && memory[5] >= 0);
   if (fresh_) return;
   t_ = memory[0];
   h_ = memory[1];
   controller_.state = {memory[2], memory[3], memory[4] != 0};
+  since_ = static_cast<int>(std::min(memory[5], 1e9));
   memory = memory.subspan(kHead);
   for (Array* array : {&x_, &y_, &slope_, &last_slope_}) {
     std::ranges::copy(memory.first(size), array->data());

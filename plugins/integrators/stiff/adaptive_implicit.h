@@ -53,7 +53,7 @@ class AdaptiveImplicit final : public Integrator {
   StepStatus next_step(OdeSystem& system, double until, double asked);
   StepStatus end_at_event(OdeSystem& system);
   double try_step(OdeSystem& system, StepStatus& status);
-  void interpolate(double t, double* out) const;
+  void state_at(OdeSystem& system, double t, double* out);
   double scaled_norm(const double* values, const double* x, const double* y) const;
 
   std::unique_ptr<PairStages> stages_;
@@ -68,6 +68,7 @@ class AdaptiveImplicit final : public Integrator {
   Array error_;
   Events* events_ = nullptr;  // of the system
   int cuts_ = 0;              // steps that ended at events in a row
+  int since_ = 0;             // steps since the last state that was asked for
   bool anew_ = false;         // f is another one than at the end of the step before
   Effort own_;
 };

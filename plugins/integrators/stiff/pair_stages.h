@@ -35,6 +35,12 @@ class PairStages {
   // which is off by theta^2 (1 - theta)^2 h^4 x^(4) / 24 where the slopes k and l are as good as
   // states: those of solved equations are.
   virtual void interpolate(double theta, const PairStep& step, double* out) const;
+  // out := the state h after `step` began at t, by a step of that size; false where interpolate()
+  // is as good. The accepted step stays what it is.
+  virtual bool step_inside(OdeSystem& /*system*/, double /*t*/, double /*h*/,
+                           const PairStep& /*step*/, double* /*out*/) {
+    return false;
+  }
 
   // The numbers that the next step depends on besides state and slope.
   virtual std::vector<double> memory() const { return {}; }

@@ -97,14 +97,22 @@ void RosenbrockStages::last_slope(OdeSystem& system, double t, double h, const d
 void RosenbrockStages::interpolate(double theta, const PairStep& step, double* out) const {
   const double rest = 1 - theta;
   for (std::size_t k = 0; k < step.x.size(); ++k)
-    out[k] = rest * step.x[k] +
-             theta * (step.y[k] + rest * (bend_[0][k] + theta * bend_[1][k]));
+    out[k] = rest * step.x[k] + theta * (step.y[k] + rest * (bend_[0][k] + theta * bend_[1][k]));
+}
+
+// Dense output is of an order less than the steps.
+bool RosenbrockStages::step_inside(OdeSystem& system, double t, double h, const PairStep& step,
+                                   double* out) {
+  linearised_ = false;
+  double* const error = time_slope_.data();  // read no more when the error is written
+  const StepStatus status = this->step(system, t, h, step.x.data(), step.slope.data(), out, error);
+  linearised_ = false;
+  return status == StepStatus::kDone;
 }
 
 std::vector<double> RosenbrockStages::memory() const {
   std::vector<double> kept;
-  for (const Array& bend : bend_)
-    kept.insert(kept.end(), bend.span().begin(), bend.span().end());
+  for (const Array& bend : bend_) kept.insert(kept.end(), bend.span().begin(), bend.span().end());
   return kept;
 }
 

@@ -40,6 +40,8 @@ class RosenbrockStages final : public PairStages {
                   double* y, double* error) override;
   void last_slope(OdeSystem& system, double t, double h, const double* y, double* slope) override;
   void interpolate(double theta, const PairStep& step, double* out) const override;
+  bool step_inside(OdeSystem& system, double t, double h, const PairStep& step,
+                   double* out) override;
   std::vector<double> memory() const override;
   bool recall(std::span<const double> memory) override;
   Effort effort() const override { return (solver_ ? solver_->effort() : Effort{}) + own_; }

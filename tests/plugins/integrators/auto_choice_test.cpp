@@ -68,7 +68,8 @@ class Modes final : public OdeSystem {
 
 // Requests, in their order.
 struct Asked {
-  std::vector<MethodChoice> methods;
+  std::vector<MethodChoice> methods;  // that were made
+  std::string now;                    // the one that was restarted last
   std::vector<double> begins, steps;  // s, of steps alone
   std::vector<std::int64_t> most;     // of them, at once
   std::vector<double> restarts;       // s, sizes that were announced
@@ -90,7 +91,10 @@ class Noted final : public Integrator {
     return {.order = name_ == "verlet" ? 2 : 4, .evaluations = equal ? 4 : 0, .adaptive = !equal};
   }
   void prepare(OdeSystem& system) override { size_ = system.size(); }
-  void restart(double, double h, const double*) override { asked_.restarts.push_back(h); }
+  void restart(double, double h, const double*) override {
+    asked_.now = name_;
+    asked_.restarts.push_back(h);
+  }
   Advance advance(OdeSystem&, double t, double h, std::int64_t most, const double* x,
                   double* x_next) override {
     asked_.most.push_back(most);
@@ -142,7 +146,7 @@ struct Trial {
     method->prepare(of);
     method->restart(0, h, x.data());
   }
-  std::string name() const { return asked.methods.back().name; }
+  std::string name() const { return asked.now; }
   double given(const std::string& parameter) const {
     const auto& all = asked.methods.back().given;
     return all.contains(parameter) ? std::get<double>(all.at(parameter)) : -1;
@@ -385,8 +389,12 @@ TEST_CASE("auto looks again after two thousand evaluations") {
   // Held on for twenty steps: then the next look may choose implicit ones again.
   shorter.behaviour.evaluations = 2000;
   shorter.step(1);
+  const std::int64_t before = shorter.method->effort().steps;
   shorter.step(1);
   CHECK(shorter.name() == "esdirk43");
+  // Each was made once, and what all of them did counts.
+  CHECK(shorter.asked.methods.size() == 2);
+  CHECK(shorter.method->effort().steps == before + shorter.behaviour.own_steps);
 }
 
 // A list of at most 16 numbers is looked at after 500, 1000 and then 2000 evaluations, and a step
