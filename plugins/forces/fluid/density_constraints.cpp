@@ -6,7 +6,7 @@
 namespace sim {
 namespace {
 
-std::size_t at(std::ptrdiff_t i) { return static_cast<std::size_t>(i); }
+std::size_t as_size(std::ptrdiff_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
@@ -20,10 +20,10 @@ void DensityConstraints::make(const ParticleView& view, ThreadPool& pool) {
   neighbours_.update(view, pool);
   const int count = static_cast<int>(neighbours_.blocks().size());
   if (rows_.empty()) {
-    rows_.resize(at(count));
-    densities_ = Array(8 * at(count));
-    wall_rates_ = Array(8 * at(count));
-    mirrors_.reserve(at(count));
+    rows_.resize(as_size(count));
+    densities_ = Array(8 * as_size(count));
+    wall_rates_ = Array(8 * as_size(count));
+    mirrors_.reserve(as_size(count));
   }
   while (std::ssize(shares_) < pool.most()) shares_.emplace_back();
   mirrors_.look(view.t);
@@ -35,7 +35,7 @@ void DensityConstraints::make(const ParticleView& view, ThreadPool& pool) {
   // The gaps of neighbours to a wall are needed, too.
   pool.run([&](int rank) {
     const Part part = part_of(8 * count, 8, rank, pool.size());
-    make_rows(part.begin / 8, part.end / 8, view.t, shares_[at(rank)]);
+    make_rows(part.begin / 8, part.end / 8, view.t, shares_[as_size(rank)]);
   });
 }
 
@@ -48,7 +48,7 @@ void DensityConstraints::make_rows(int begin, int end, double t, Share& share) {
   }
   std::ptrdiff_t pairs = 0, images = 0;
   for (int b = begin; b < end; ++b) {
-    DensityConstraintRow& row = rows_[at(b)];
+    DensityConstraintRow& row = rows_[as_size(b)];
     row.slots = share.slots.data() + 8 * pairs;
     row.slopes = share.slopes.data() + 24 * pairs;
     row.weights = share.weights.empty() ? nullptr : share.weights.data() + 8 * pairs;
@@ -61,16 +61,16 @@ void DensityConstraints::make_rows(int begin, int end, double t, Share& share) {
 
 // Lists reach slightly beyond the smoothing radius; rows leave out the pairs beyond it.
 void DensityConstraints::add_pairs(int b, Share& share) {
-  const NeighbourBlock& list = neighbours_.blocks()[at(b)];
+  const NeighbourBlock& list = neighbours_.blocks()[as_size(b)];
   const bool viscous = law_.viscosity > 0;
-  share.all.resize(24 * at(list.length));
-  share.all_weights.resize(viscous ? 8 * at(list.length) : 0);
+  share.all.resize(24 * as_size(list.length));
+  share.all_weights.resize(viscous ? 8 * as_size(list.length) : 0);
   kernels_.slopes(law_, list, neighbours_.points(), b, densities_.data() + 8 * b, share.all.data(),
                   viscous ? share.all_weights.data() : nullptr);
   const std::size_t first = share.slots.size();
-  share.slots.resize(first + 8 * at(list.length));
-  share.slopes.resize(3 * first + 24 * at(list.length));
-  if (viscous) share.weights.resize(first + 8 * at(list.length));
+  share.slots.resize(first + 8 * as_size(list.length));
+  share.slopes.resize(3 * first + 24 * as_size(list.length));
+  if (viscous) share.weights.resize(first + 8 * as_size(list.length));
   std::int32_t* const slots = share.slots.data() + first;
   float* const slopes = share.slopes.data() + 3 * first;
   float* const weights = viscous ? share.weights.data() + first : nullptr;
@@ -82,7 +82,7 @@ void DensityConstraints::add_pairs(int b, Share& share) {
       float* const to = slopes + 24 * count + lane;
       slots[8 * count + lane] = list.slots[8 * k + lane];
       for (int axis = 0; axis < 24; axis += 8) to[axis] = from[axis];
-      if (viscous) weights[8 * count + lane] = share.all_weights[at(8 * k + lane)];
+      if (viscous) weights[8 * count + lane] = share.all_weights[as_size(8 * k + lane)];
       count += (from[0] != 0) | (from[8] != 0) | (from[16] != 0);
     }
     counts[lane] = count;
@@ -94,14 +94,14 @@ void DensityConstraints::add_pairs(int b, Share& share) {
       for (int axis = 0; axis < 24; axis += 8) slopes[24 * k + axis + lane] = 0;
       if (viscous) weights[8 * k + lane] = 0;
     }
-  rows_[at(b)].length = length;
-  share.slots.resize(first + 8 * at(length));
-  share.slopes.resize(3 * first + 24 * at(length));
-  if (viscous) share.weights.resize(first + 8 * at(length));
+  rows_[as_size(b)].length = length;
+  share.slots.resize(first + 8 * as_size(length));
+  share.slopes.resize(3 * first + 24 * as_size(length));
+  if (viscous) share.weights.resize(first + 8 * as_size(length));
 }
 
 void DensityConstraints::add_images(int b, double t, Share& share) {
-  rows_[at(b)].image_length = 0;
+  rows_[as_size(b)].image_length = 0;
   for (int lane = 0; lane < 8; ++lane) wall_rates_.data()[8 * b + lane] = 0;
   if (mirrors_.count() == 0 || mirrors_.near()[b] == 0) return;
   const std::size_t first = share.image_slots.size();
@@ -110,20 +110,21 @@ void DensityConstraints::add_images(int b, double t, Share& share) {
     find_images(8 * b + lane, b, t, share);
     const int count = static_cast<int>(share.lane_slots.size());
     if (count > length) {
-      share.image_slots.resize(first + 8 * at(count));
-      share.images.resize(6 * first + 48 * at(count), 0);
+      share.image_slots.resize(first + 8 * as_size(count));
+      share.images.resize(6 * first + 48 * as_size(count), 0);
       for (int k = length; k < count; ++k)
         for (int other = 0; other < 8; ++other)
-          share.image_slots[first + 8 * at(k) + at(other)] = 8 * b + other;
+          share.image_slots[first + 8 * as_size(k) + as_size(other)] = 8 * b + other;
       length = count;
     }
     for (int k = 0; k < count; ++k) {
-      share.image_slots[first + at(8 * k + lane)] = share.lane_slots[at(k)];
+      share.image_slots[first + as_size(8 * k + lane)] = share.lane_slots[as_size(k)];
       for (int c = 0; c < 6; ++c)
-        share.images[6 * first + at(48 * k + 8 * c + lane)] = share.lane_images[at(6 * k + c)];
+        share.images[6 * first + as_size(48 * k + 8 * c + lane)] =
+            share.lane_images[as_size(6 * k + c)];
     }
   }
-  rows_[at(b)].image_length = length;
+  rows_[as_size(b)].image_length = length;
 }
 
 namespace {
@@ -204,7 +205,7 @@ void DensityConstraints::find_images(int place, int b, double t, Share& share) {
       }
     }
   };
-  const NeighbourBlock& list = neighbours_.blocks()[at(b)];
+  const NeighbourBlock& list = neighbours_.blocks()[as_size(b)];
   const int lane = place % 8;
   for (std::int32_t k = 0; k < list.count[lane]; ++k) {
     const int other = list.slots[8 * k + lane];
