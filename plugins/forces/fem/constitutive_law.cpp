@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "core/math/elementary.h"
-
 namespace sim {
 namespace {
 
@@ -27,19 +25,19 @@ Mat3 cofactors_along(const Mat3& F, const Mat3& dF) {
   return {db.cross(c) + b.cross(dc), dc.cross(a) + c.cross(da), da.cross(b) + a.cross(db)};
 }
 
-// R = dL/dF of L = tr S, F = R S, which is the largest root of
-//   L^4 - 2 I L^2 - 8 J L + I^2 - 4 |cof F|^2,  I = |F|^2,
-// a sum of squares of the stretches: R = ((L^2 + I) F + 2 L cof F - 2 F C) / (L^3 - I L - 2 J).
-// Newton's method from sqrt(3 I), which is not below L, falls to it. See the kernel.
+// R of F = R S, and 1 where it jumps; the kernel says how.
 Mat3 rotation_of(const Mat3& F) {
   const Mat3 C = transposed(F) * F, cofactors = cofactors_of(F);
   const double I = trace_of(C), J = row_of(F, 0).dot(row_of(cofactors, 0)),
-               rest = I * I - 4 * contracted(cofactors, cofactors);
+               rest = 2 * contracted(C, C) - I * I;
   double L = std::sqrt(3 * I);
   for (int i = 0; i < 40; ++i) {
-    const double slope = (4 * L * L - 4 * I) * L - 8 * J;
+    const double q = L * L, slope = (4 * q - 4 * I) * L - 8 * J;
     if (!(slope > 0)) break;
-    L -= (((L * L - 2 * I) * L - 8 * J) * L + rest) / slope;
+    const double n = (((q - 2 * I) * L - 8 * J) * L + rest) / slope;
+    const double b = n * (6 * q - 2 * I) / slope;
+    L -= n + n * b;
+    if (!(b * b * n > 0x1p-54 * L)) break;
   }
   const double below = (L * L - I) * L - 2 * J;
   if (!(below > 1e-12 * I * L)) return Mat3::Identity();
@@ -55,26 +53,6 @@ ConstitutiveLaw solid_law(ConstitutiveLaw::Model model, double young, double poi
   const double lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   if (model != ConstitutiveLaw::Model::kNeoHookean) return {model, mu, lambda};
   return {model, 4 * mu / 3, lambda + 5 * mu / 6};
-}
-
-double energy_density(const ConstitutiveLaw& law, const Mat3& F) {
-  switch (law.model) {
-    case ConstitutiveLaw::Model::kStVk: {
-      const Mat3 E = green_strain(F);
-      return law.mu * contracted(E, E) + 0.5 * law.lambda * trace_of(E) * trace_of(E);
-    }
-    case ConstitutiveLaw::Model::kCorotated: {
-      const Mat3 R = rotation_of(F), apart = F - R;
-      const double stretch = contracted(R, apart);
-      return law.mu * contracted(apart, apart) + 0.5 * law.lambda * stretch * stretch;
-    }
-    default: {
-      const double J = row_of(F, 0).dot(row_of(F, 1).cross(row_of(F, 2)));
-      const double I = contracted(F, F);
-      return 0.5 * law.mu * ((I - 3) - logarithm(0.25 * (I + 1))) - 0.75 * law.mu * (J - 1) +
-             0.5 * law.lambda * (J - 1) * (J - 1);
-    }
-  }
 }
 
 StressSlope::StressSlope(const ConstitutiveLaw& law, const Mat3& F) : law_(law), F_(F) {

@@ -27,8 +27,6 @@ ConstitutiveLaw solid_law(ConstitutiveLaw::Model model, double young, double poi
 
 Mat3 green_strain(const Mat3& F);  // (F^T F - 1) / 2
 
-double energy_density(const ConstitutiveLaw& law, const Mat3& F);  // J/m^3
-
 // The derivative of the first Piola-Kirchhoff stress P = d(energy density)/dF at a deformation F.
 class StressSlope {
  public:

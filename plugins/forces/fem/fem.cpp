@@ -18,8 +18,8 @@ class Solid final : public sim::ContinuumForce {
   }
   bool depends_on_velocity() const override { return false; }
   bool conservative() const override { return true; }
-  double potential(const sim::ParticleView& view, sim::Tile tile) const override {
-    return cells_.potential(view, tile);
+  double potential(const sim::ParticleView&, sim::Tile tile) const override {
+    return cells_.potential(tile);
   }
   sim::CellQuality cell_quality(const sim::ParticleView& view) const override {
     return cells_.quality(view);

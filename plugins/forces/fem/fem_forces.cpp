@@ -88,9 +88,9 @@ void FemForces::prepare(const ParticleView& view, ThreadPool& pool) {
       packed[4 * static_cast<std::ptrdiff_t>(i) + 2] = view.z[i];
     }
   });
-  const FemCells cells{nodes_, packed, block_ids_.data(), rest_.data(), forces_.data()};
-  pool.run_parts((cell_count() + kSide - 1) / kSide, 1,
-                 [&](int begin, int end) { kernels_.evaluate(law_, cells, begin, end); });
+  pool.run_parts((cell_count() + kSide - 1) / kSide, 1, [&](int begin, int end) {
+    kernels_.evaluate(law_, blocks(), forces_.data(), begin, end);
+  });
 }
 
 void FemForces::add(Tile tile, ForceSink sink) const {
@@ -104,6 +104,10 @@ void FemForces::add(Tile tile, ForceSink sink) const {
     }
     sink.add(i, sum);
   }
+}
+
+FemCells FemForces::blocks() const {
+  return {nodes_, packed_.data(), block_ids_.data(), rest_.data()};
 }
 
 const double* FemForces::rest(int cell, int point) const {
@@ -127,17 +131,11 @@ Mat3 FemForces::deformation(const ParticleView& view, int cell, int point) const
   return F;
 }
 
-double FemForces::potential(const ParticleView& view, Tile tile) const {
-  double sum = 0;
-  if (ids_.empty()) return sum;
+double FemForces::potential(Tile tile) const {
+  if (ids_.empty()) return 0;
   const int begin = cells_first_[static_cast<std::size_t>(tile.begin)],
             end = cells_first_[static_cast<std::size_t>(tile.end)];
-  for (int i = begin; i < end; ++i) {
-    const int cell = cells_of_[static_cast<std::size_t>(i)];
-    for (int point = 0; point < points_; ++point)
-      sum += weight(cell, point) * energy_density(law_, deformation(view, cell, point));
-  }
-  return sum;
+  return kernels_.energy(law_, blocks(), cells_of_.data() + begin, end - begin);
 }
 
 // df_a/dx_b = -sum over the points of w (dP/dF : (. grad N_b^T)) grad N_a.

@@ -19,11 +19,13 @@ struct FemCells {
   const double* points = nullptr;     // x y z 0 of each particle
   const std::int32_t* ids = nullptr;  // [block][node][lane]
   const double* rest = nullptr;       // [block][point][weight, gradient of nodes 1 ...][lane]
-  double* forces = nullptr;           // N: [block][node][axis][lane]
 };
 
 struct FemKernels {
-  void (*evaluate)(const ConstitutiveLaw&, const FemCells&, int begin, int end);  // blocks
+  // Forces of blocks, in N: [block][node][axis][lane].
+  void (*evaluate)(const ConstitutiveLaw&, const FemCells&, double* forces, int begin, int end);
+  // The energy of the cells of a list, in J.
+  double (*energy)(const ConstitutiveLaw&, const FemCells&, const int* list, int count);
 };
 FemKernels solid_kernels();
 
@@ -37,8 +39,9 @@ class FemForces {
   void bind(const ParticleView& rest);
 
   void prepare(const ParticleView& view, ThreadPool& pool);
+  // Of the view that was prepared.
   void add(Tile tile, ForceSink sink) const;
-  double potential(const ParticleView& view, Tile tile) const;
+  double potential(Tile tile) const;
   void jacobian(const ParticleView& view, JacobianSink& sink) const;
   void couplings(std::vector<std::array<int, 2>>& pairs) const;  // as those of a force
   CellQuality quality(const ParticleView& view) const;
@@ -50,6 +53,7 @@ class FemForces {
   Vec3 gradient(int cell, int point, int node) const;
   Mat3 deformation(const ParticleView& view, int cell, int point) const;
   const double* rest(int cell, int point) const;
+  FemCells blocks() const;
 
   ConstitutiveLaw law_;
   std::vector<int> ids_;

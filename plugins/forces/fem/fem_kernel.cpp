@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <type_traits>
+
+#include "core/math/elementary.h"
 #include "fem_forces.h"
 
 #undef SIM_THIS_FILE
@@ -77,118 +81,259 @@ SIM_INLINE Rows st_venant_kirchhoff(const ConstitutiveLaw& law, const Rows& F) {
   return {{product(F.row[0], s), product(F.row[1], s), product(F.row[2], s)}};
 }
 
-// R = dL/dF of L = tr S, F = R S, the largest root of
-//   L^4 - 2 I L^2 - 8 J L + I^2 - 4 |cof F|^2,  I = |F|^2
-// (Lin, Chitalu & Komura (2022), Isotropic ARAP energy using Cauchy-Green invariants):
-//   R = ((L^2 + I) F + 2 L cof F - 2 F C) / (L^3 - I L - 2 J).
-// Newton's method falls to L from sqrt(3 I) above it; the number of its steps is fixed, and enough
-// unless two stretches of an inverted cell nearly cancel, where R jumps. There 1 stands for R.
-constexpr int kNewtonSteps = 10;
+// The rotation R of F = R S is dL/dF of L = tr S,
+//   R = ((L^2 + I) F + 2 L cof F - 2 F C) / (L^3 - I L - 2 J),  I = tr C, J = det F,
+// and L is the largest root of
+//   p(L) = L^4 - 2 I L^2 - 8 J L + 2 |C|^2 - I^2,
+// whose roots are all real (Lin, Chitalu & Komura (2022), Isotropic ARAP energy using Cauchy-Green
+// invariants).
+struct Polar {
+  Doubles I, J, rest, L;  // rest: of p / 4
+  Mask moves;
+};
 
-// P = 2 mu (F - R) + lambda (R:F - 3) R.
-SIM_INLINE Rows corotated(const ConstitutiveLaw& law, const Rows& F) {
-  const Doubles zero{}, one = splat<double>(1), two = splat<double>(2), four = splat<double>(4);
+SIM_INLINE Polar start_of_polar(const Rows& F) {
+  const Symmetric C = gram(F);
+  Polar polar;
+  polar.I = C.xx + C.yy + C.zz;
+  polar.J = dotted(F.row[0], crossed(F.row[1], F.row[2]));
+  const Doubles diagonal = fma(C.zz, C.zz, fma(C.yy, C.yy, C.xx * C.xx));
+  const Doubles off = fma(C.yz, C.yz, fma(C.xz, C.xz, C.xy * C.xy));
+  const Doubles half = splat<double>(0.5) * polar.I;
+  polar.rest = fma(splat<double>(0.5), diagonal, off - half * half);
+  polar.L = square_root(splat<double>(3) * polar.I);
+  polar.moves = polar.L > Doubles{};
+  return polar;
+}
+
+// A step of Chebyshev's method,
+//   L -= n (1 + b),  n = p / p',  b = n p'' / (2 p').
+// It falls from sqrt(3 I), which is not below L, and leaves at most 2 b^2 n of the error: two steps
+// are enough unless a cell is strained by a fifth, and 40 unless two stretches of an inverted cell
+// nearly cancel. A lane that has come so far stays: no cell depends on its neighbours in a vector.
+SIM_INLINE void approach(Polar& polar) {
+  const Doubles zero{}, I = polar.I, L = polar.L, two_J = polar.J + polar.J;
+  const Doubles half_I = splat<double>(0.5) * I, q = L * L,
+                slope = fma(q - I, L, -two_J);  // p' / 4
+  const Doubles inverse = splat<double>(1) / slope;
+  const Doubles value =
+      fma(fma(fma(splat<double>(0.25), q, -half_I), L, -two_J), L, polar.rest);  // p / 4
+  const Doubles n = value * inverse, b = fma(splat<double>(1.5), q, -half_I) * inverse * n;
+  polar.moves &= slope > zero;
+  polar.L -= polar.moves ? fma(n, b, n) : zero;
+  polar.moves &= b * b * n > splat<double>(0x1p-54) * L;
+}
+constexpr int kRootSteps = 40;
+
+// by_R R + by_F F. 1 stands for R where it jumps, because two stretches of an inverted cell cancel.
+SIM_INLINE Rows combined(Doubles by_R, const Polar& polar, Doubles by_F, const Rows& F) {
+  const Doubles zero{}, two = splat<double>(2), I = polar.I, L = polar.L;
   const Rows cofactors = cofactor_rows(F);
   const Symmetric C = gram(F);
-  const Doubles I = C.xx + C.yy + C.zz, J = dotted(F.row[0], cofactors.row[0]);
-  const Doubles squares = dotted(cofactors.row[0], cofactors.row[0]) +
-                          dotted(cofactors.row[1], cofactors.row[1]) +
-                          dotted(cofactors.row[2], cofactors.row[2]);
-  const Doubles rest = fma(I, I, -(four * squares)), eight_J = splat<double>(8) * J;
-  Doubles L = square_root(splat<double>(3) * I);
-  for (int i = 0; i < kNewtonSteps; ++i) {
-    const Doubles q = L * L, slope = fma(four * (q - I), L, -eight_J);
-    const Doubles value = fma(fma(q - two * I, L, -eight_J), L, rest);
-    L -= slope > zero ? value / slope : zero;
-  }
-  const Doubles below = fma(fma(L, L, -I), L, -(two * J));
+  const Doubles below = fma(fma(L, L, -I), L, -(two * polar.J));
   const auto turns = below > splat<double>(1e-12) * I * L;
-  const Doubles scale = turns ? one / below : zero, diagonal = turns ? zero : one;
-  const Doubles by_F = scale * fma(L, L, I), by_J = two * L * scale, by_C = -(two * scale);
-  Rows R, P;
-  Doubles stretch = zero;
-  for (int i = 0; i < 3; ++i) {
-    R.row[i] = times_plus(by_F, F.row[i],
-                          times_plus(by_J, cofactors.row[i], times(by_C, product(F.row[i], C))));
-    (i == 0 ? R.row[i].x : i == 1 ? R.row[i].y : R.row[i].z) += diagonal;
-    P.row[i] = F.row[i] - R.row[i];
-    stretch += dotted(R.row[i], P.row[i]);
-  }
-  const Doubles mu = splat<double>(2 * law.mu), by_R = splat<double>(law.lambda) * stretch;
-  for (int i = 0; i < 3; ++i) P.row[i] = times_plus(by_R, R.row[i], times(mu, P.row[i]));
-  return P;
+  const Doubles scale = turns ? by_R / below : zero, by_one = turns ? zero : by_R;
+  const Doubles by_J = two * scale * L, by_C = -(two * scale);
+  by_F = fma(scale, fma(L, L, I), by_F);
+  Rows sum;
+  for (int i = 0; i < 3; ++i)
+    sum.row[i] = times_plus(by_F, F.row[i],
+                            times_plus(by_J, cofactors.row[i], times(by_C, product(F.row[i], C))));
+  sum.row[0].x += by_one;
+  sum.row[1].y += by_one;
+  sum.row[2].z += by_one;
+  return sum;
+}
+
+// P = 2 mu (F - R) + lambda (R:F - 3) R, R:F = L.
+SIM_INLINE Rows corotated(const ConstitutiveLaw& law, const Rows& F, const Polar& polar) {
+  const Doubles mu = splat<double>(2 * law.mu), stretch = polar.L - splat<double>(3);
+  return combined(fma(splat<double>(law.lambda), stretch, -mu), polar, mu, F);
 }
 
 // f_a = -sum over the points of w P grad N_a, and f_0 = -sum of the others.
 template <int kNodes, ConstitutiveLaw::Model kModel>
-void forces_of(const ConstitutiveLaw& law, const FemCells& cells, int begin, int end) {
+void forces_of(const ConstitutiveLaw& law, const FemCells& cells, double* forces, int begin,
+               int end) {
+  using Model = ConstitutiveLaw::Model;
   constexpr int points = kNodes == 4 ? 1 : 4, columns = 3 * (kNodes - 1) + 1;
+  // Two vectors side by side hide each other's divisions.
+  constexpr bool turns = kModel == Model::kCorotated;
+  constexpr int side = turns && kDoubles < kSideBySide ? 2 : 1;
   for (int block = begin; block < end; ++block)
-    for (int lane = 0; lane < kSideBySide; lane += kDoubles) {
+    for (int lane = 0; lane < kSideBySide; lane += side * kDoubles) {
       const std::ptrdiff_t at = block;
       const std::int32_t* const ids = cells.ids + at * kNodes * kSideBySide + lane;
-      const V3<double> first = gather(cells.points, ids);
-      V3<double> d[kNodes - 1], f[kNodes - 1];
-      for (int a = 0; a < kNodes - 1; ++a) {
-        d[a] = gather(cells.points, ids + (a + 1) * kSideBySide) - first;
-        f[a] = V3<double>{};
-      }
+      double* const out = forces + at * kNodes * 3 * kSideBySide + lane;
+      V3<double> d[side][kNodes - 1], f[side][kNodes - 1];
       for (int point = 0; point < points; ++point) {
         const double* const rest =
             cells.rest + (at * points + point) * columns * kSideBySide + lane;
-        const auto gradient = [&](int a) __attribute__((always_inline)) {
-          const double* const g = rest + (1 + 3 * a) * kSideBySide;
+        const auto gradient = [&](int k, int a) __attribute__((always_inline)) {
+          const double* const g = rest + k * kDoubles + (1 + 3 * a) * kSideBySide;
           return V3<double>{load(g), load(g + kSideBySide), load(g + 2 * kSideBySide)};
         };
-        Rows F{};
-        for (int a = 0; a < kNodes - 1; ++a) {
-          const V3<double> g = gradient(a);
-          F.row[0] = times_plus(d[a].x, g, F.row[0]);
-          F.row[1] = times_plus(d[a].y, g, F.row[1]);
-          F.row[2] = times_plus(d[a].z, g, F.row[2]);
+        Rows F[side];
+        Polar polar[side];
+#pragma GCC unroll 2
+        for (int k = 0; k < side; ++k) {
+          if (point == 0) {
+            const V3<double> first = gather(cells.points, ids + k * kDoubles);
+            for (int a = 0; a < kNodes - 1; ++a) {
+              d[k][a] = gather(cells.points, ids + k * kDoubles + (a + 1) * kSideBySide) - first;
+              f[k][a] = V3<double>{};
+            }
+          }
+          F[k] = Rows{};
+          for (int a = 0; a < kNodes - 1; ++a) {
+            const V3<double> g = gradient(k, a);
+            F[k].row[0] = times_plus(d[k][a].x, g, F[k].row[0]);
+            F[k].row[1] = times_plus(d[k][a].y, g, F[k].row[1]);
+            F[k].row[2] = times_plus(d[k][a].z, g, F[k].row[2]);
+          }
+          if constexpr (turns) polar[k] = start_of_polar(F[k]);
         }
-        Rows P = kModel == ConstitutiveLaw::Model::kStVk        ? st_venant_kirchhoff(law, F)
-                 : kModel == ConstitutiveLaw::Model::kCorotated ? corotated(law, F)
-                                                                : neo_hookean(law, F);
-        const Doubles w = load(rest);
-        for (int i = 0; i < 3; ++i) P.row[i] = times(w, P.row[i]);
-        for (int a = 0; a < kNodes - 1; ++a) {
-          const V3<double> g = gradient(a);
-          f[a].x -= dotted(P.row[0], g);
-          f[a].y -= dotted(P.row[1], g);
-          f[a].z -= dotted(P.row[2], g);
+        if constexpr (turns) {
+          for (int i = 0; i < 2; ++i)
+#pragma GCC unroll 2
+            for (int k = 0; k < side; ++k) approach(polar[k]);
+          for (int k = 0; k < side; ++k)
+            for (int i = 2; i < kRootSteps && bits_of(polar[k].moves) != 0; ++i) approach(polar[k]);
+        }
+#pragma GCC unroll 2
+        for (int k = 0; k < side; ++k) {
+          Rows P = kModel == Model::kStVk        ? st_venant_kirchhoff(law, F[k])
+                   : kModel == Model::kCorotated ? corotated(law, F[k], polar[k])
+                                                 : neo_hookean(law, F[k]);
+          const Doubles w = load(rest + k * kDoubles);
+          for (int i = 0; i < 3; ++i) P.row[i] = times(w, P.row[i]);
+          for (int a = 0; a < kNodes - 1; ++a) {
+            const V3<double> g = gradient(k, a);
+            f[k][a].x -= dotted(P.row[0], g);
+            f[k][a].y -= dotted(P.row[1], g);
+            f[k][a].z -= dotted(P.row[2], g);
+          }
+          if (point < points - 1) continue;
+          V3<double> sum{};
+          for (int a = 0; a < kNodes - 1; ++a) {
+            double* const to = out + k * kDoubles + (a + 1) * 3 * kSideBySide;
+            store(to, f[k][a].x);
+            store(to + kSideBySide, f[k][a].y);
+            store(to + 2 * kSideBySide, f[k][a].z);
+            sum = sum - f[k][a];
+          }
+          double* const to = out + k * kDoubles;
+          store(to, sum.x);
+          store(to + kSideBySide, sum.y);
+          store(to + 2 * kSideBySide, sum.z);
         }
       }
-      double* const out = cells.forces + at * kNodes * 3 * kSideBySide + lane;
-      V3<double> sum{};
-      for (int a = 0; a < kNodes - 1; ++a) {
-        double* const to = out + (a + 1) * 3 * kSideBySide;
-        store(to, f[a].x);
-        store(to + kSideBySide, f[a].y);
-        store(to + 2 * kSideBySide, f[a].z);
-        sum = sum - f[a];
-      }
-      store(out, sum.x);
-      store(out + kSideBySide, sum.y);
-      store(out + 2 * kSideBySide, sum.z);
     }
 }
 
-template <int kNodes>
-void of_nodes(const ConstitutiveLaw& law, const FemCells& cells, int begin, int end) {
+SIM_INLINE Doubles squared(const Rows& m) {
+  return dotted(m.row[0], m.row[0]) + dotted(m.row[1], m.row[1]) + dotted(m.row[2], m.row[2]);
+}
+
+// The energies a volume of constitutive_law.h.
+template <ConstitutiveLaw::Model kModel>
+SIM_INLINE Doubles energy_density(const ConstitutiveLaw& law, const Rows& F) {
   using Model = ConstitutiveLaw::Model;
-  if (law.model == Model::kStVk) return forces_of<kNodes, Model::kStVk>(law, cells, begin, end);
+  const Doubles mu = splat<double>(law.mu), half_lambda = splat<double>(0.5 * law.lambda);
+  const Doubles one = splat<double>(1), half = splat<double>(0.5);
+  if constexpr (kModel == Model::kStVk) {
+    const Symmetric C = gram(F);
+    const Doubles xx = half * (C.xx - one), yy = half * (C.yy - one), zz = half * (C.zz - one);
+    const Doubles trace = xx + yy + zz, off = fma(C.yz, C.yz, fma(C.xz, C.xz, C.xy * C.xy));
+    return mu * fma(half, off, fma(zz, zz, fma(yy, yy, xx * xx))) + half_lambda * trace * trace;
+  } else if constexpr (kModel == Model::kCorotated) {
+    Polar polar = start_of_polar(F);
+    for (int i = 0; i < kRootSteps && bits_of(polar.moves) != 0; ++i) approach(polar);
+    const Doubles stretch = polar.L - splat<double>(3);
+    return mu * squared(combined(-one, polar, one, F)) + half_lambda * stretch * stretch;
+  } else {
+    const Doubles by_volume = dotted(F.row[0], crossed(F.row[1], F.row[2])) - one;
+    const Doubles I = squared(F), quarter = splat<double>(0.25) * (I + one);
+    Doubles log = quarter;
+    for (int lane = 0; lane < kDoubles; ++lane) log[lane] = logarithm(quarter[lane]);
+    return half * mu * ((I - splat<double>(3)) - log) - splat<double>(0.75) * mu * by_volume +
+           half_lambda * by_volume * by_volume;
+  }
+}
+
+// The sum over the cells of a list of w psi(F) at their points, in the order of the list.
+template <int kNodes, ConstitutiveLaw::Model kModel>
+double energy_of(const ConstitutiveLaw& law, const FemCells& cells, const int* list, int count) {
+  constexpr int points = kNodes == 4 ? 1 : 4, columns = 3 * (kNodes - 1) + 1;
+  double sum = 0;
+  for (int first = 0; first < count; first += kDoubles) {
+    // Lanes behind the last cell repeat it.
+    std::ptrdiff_t block[kDoubles], place[kDoubles];
+    for (int lane = 0; lane < kDoubles; ++lane) {
+      const int cell = list[std::min(first + lane, count - 1)];
+      block[lane] = cell / kSideBySide;
+      place[lane] = cell % kSideBySide;
+    }
+    const auto node = [&](int a) __attribute__((always_inline)) {
+      std::int32_t ids[kDoubles];
+      for (int lane = 0; lane < kDoubles; ++lane)
+        ids[lane] = cells.ids[(block[lane] * kNodes + a) * kSideBySide + place[lane]];
+      return gather(cells.points, ids);
+    };
+    const V3<double> origin = node(0);
+    V3<double> d[kNodes - 1];
+    for (int a = 0; a < kNodes - 1; ++a) d[a] = node(a + 1) - origin;
+    Doubles energy{};
+    for (int point = 0; point < points; ++point) {
+      const auto rest = [&](int column) __attribute__((always_inline)) {
+        Doubles v{};
+        for (int lane = 0; lane < kDoubles; ++lane)
+          v[lane] = cells.rest[((block[lane] * points + point) * columns + column) * kSideBySide +
+                               place[lane]];
+        return v;
+      };
+      Rows F{};
+      for (int a = 0; a < kNodes - 1; ++a) {
+        const V3<double> g{rest(3 * a + 1), rest(3 * a + 2), rest(3 * a + 3)};
+        F.row[0] = times_plus(d[a].x, g, F.row[0]);
+        F.row[1] = times_plus(d[a].y, g, F.row[1]);
+        F.row[2] = times_plus(d[a].z, g, F.row[2]);
+      }
+      energy += rest(0) * energy_density<kModel>(law, F);
+    }
+    for (int lane = 0; lane < std::min(kDoubles, count - first); ++lane) sum += energy[lane];
+  }
+  return sum;
+}
+
+// Calls `of` with the number of nodes and the model as constants.
+template <class Of>
+SIM_INLINE auto chosen(const ConstitutiveLaw& law, int nodes, const Of& of) {
+  using Model = ConstitutiveLaw::Model;
+  const auto with_nodes = [&]<Model kModel>(std::integral_constant<Model, kModel> model) {
+    if (nodes == 4) return of(std::integral_constant<int, 4>{}, model);
+    return of(std::integral_constant<int, 10>{}, model);
+  };
+  if (law.model == Model::kStVk) return with_nodes(std::integral_constant<Model, Model::kStVk>{});
   if (law.model == Model::kCorotated)
-    return forces_of<kNodes, Model::kCorotated>(law, cells, begin, end);
-  forces_of<kNodes, Model::kNeoHookean>(law, cells, begin, end);
+    return with_nodes(std::integral_constant<Model, Model::kCorotated>{});
+  return with_nodes(std::integral_constant<Model, Model::kNeoHookean>{});
 }
 
-void evaluate_cells(const ConstitutiveLaw& law, const FemCells& cells, int begin, int end) {
-  if (cells.nodes == 4) return of_nodes<4>(law, cells, begin, end);
-  of_nodes<10>(law, cells, begin, end);
+void evaluate_cells(const ConstitutiveLaw& law, const FemCells& cells, double* forces, int begin,
+                    int end) {
+  chosen(law, cells.nodes, [&](auto nodes, auto model) {
+    forces_of<nodes.value, model.value>(law, cells, forces, begin, end);
+  });
+}
+double energy_of_cells(const ConstitutiveLaw& law, const FemCells& cells, const int* list,
+                       int count) {
+  return chosen(law, cells.nodes, [&](auto nodes, auto model) {
+    return energy_of<nodes.value, model.value>(law, cells, list, count);
+  });
 }
 
-constexpr FemKernels kSolid{evaluate_cells};
+constexpr FemKernels kSolid{evaluate_cells, energy_of_cells};
 
 }  // namespace
 }  // namespace sim::SIM_TARGET
