@@ -229,6 +229,66 @@ TEST_CASE("forces of cells are those of a plain loop", "[fem_kernel]") {
   });
 }
 
+namespace {
+
+// The forces on the first cell of `count` alike, all of one deformation but for a given one.
+std::vector<Vec3> forces_beside(const Mat3& F, int count, int odd, const Mat3& other) {
+  const sim::ConstitutiveLaw law{Model::kCorotated, 40, 70};
+  Axes rest(4 * count), now(4 * count), v(0);
+  std::vector<int> ids;
+  for (int i = 0; i < 4 * count; ++i) {
+    Vec3 corner;
+    if (i % 4 > 0) corner[static_cast<std::size_t>(i % 4 - 1)] = 1;
+    const Vec3 place = (i / 4 == odd ? other : F) * corner;
+    for (std::size_t k = 0; k < 3; ++k) {
+      rest[k][i] = corner[k];
+      now[k][i] = place[k];
+    }
+    ids.push_back(i);
+  }
+  sim::ThreadPool pool(1);
+  Axes forces(4 * count);
+  sim::FemForces solid(law, ids, 4);
+  solid.bind(view_of(rest, v));
+  solid.prepare(view_of(now, v), pool);
+  solid.add({0, 4 * count}, sink_of(forces));
+  return {at(forces, 0), at(forces, 1), at(forces, 2), at(forces, 3)};
+}
+
+}  // namespace
+
+// The rotation nearest to F = diag(a, b, c) with c < 0, |c| < b is 1: P = 2 mu (F - 1) + lambda
+// tr(F - 1), and the force on the node at 1 along an axis is -P/6 of that column. The roots of its
+// polynomial are twice the gap b - |c| apart: rounding of the root and of the quotient each bring in
+// 1 / gap.
+TEST_CASE("the rotation of an inverted cell is found where two stretches nearly cancel",
+          "[fem_kernel]") {
+  for (const double gap : {0.4, 1e-2, 1e-4, 1e-5}) {
+    const Vec3 stretches(1.3, 0.8, gap - 0.8);
+    const std::vector<Vec3> forces =
+        forces_beside(Mat3::Diagonal(stretches), 1, -1, Mat3::Identity());
+    const double trace = stretches[0] + stretches[1] + stretches[2] - 3;
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3 want;
+      want[k] = -(80 * (stretches[k] - 1) + 70 * trace) / 6;
+      CAPTURE(gap, k);
+      CHECK((forces[k + 1] - want).norm() < 1e-13 / (gap * gap));
+    }
+  }
+}
+
+TEST_CASE("the force of a cell has the same bits beside any other", "[fem_kernel]") {
+  const Mat3 strong({1.9, 0.2, -0.4}, {0, 0.4, 0.1}, {0.3, 0, 1.5});
+  for (int shape = 0; shape < 60; ++shape) {
+    Mat3 mild = Mat3::Identity();
+    for (std::size_t k = 0; k < 9; ++k)
+      mild(k / 3, k % 3) += 0.03 * scattered(shape, static_cast<int>(k));
+    const std::vector<Vec3> alone = forces_beside(mild, 8, -1, mild);
+    for (const Mat3& other : {strong, Mat3::Diagonal({1, 0.5, -0.4999}), Mat3::Zero()})
+      CHECK(forces_beside(mild, 8, 1, other) == alone);
+  }
+}
+
 TEST_CASE("sheets that lie open are found as by a plain loop", "[self_collision_culling_kernel]") {
   constexpr int kRows = 4, kLeast = 17;  // columns beside the items: two vectors of any machine
   int open = 0, folded = 0;

@@ -8,6 +8,17 @@
 #include "core/particles/explicit/resting_contact_kernel.h"
 
 namespace sim {
+namespace {
+
+// True if the other forces at the end of a step are those at the start of the next: they follow
+// from the positions, where time is n h and not (n - 1) h + h.
+bool forces_stay(const Particles& system) {
+  return std::ranges::all_of(system.other_forces(), [](const Force* force) {
+    return force->conservative() && !force->depends_on_velocity() && force->internal_size() == 0;
+  });
+}
+
+}  // namespace
 
 template <class Real>
 std::vector<typename SplittingStepper<Real>::Part> SplittingStepper<Real>::parts_of(
@@ -29,7 +40,7 @@ SplittingStepper<Real>::SplittingStepper(Particles& system, const SplitPlan& pla
       parts_(parts_of(plan)),
       drifts_(std::ranges::count_if(parts_, [](const Part& part) { return part.drift != 0; })),
       contact_inside_(plan.closes() && plan.kick.size() == 2),
-      closes_(plan.closes() && system.other_forces().empty() &&
+      closes_(plan.closes() && forces_stay(system) &&
               (contact_inside_ || system.contacts().empty())),
       sweeps_(system, at_once() * static_cast<int>(parts_.size()) * (midpoint_kicks() ? 2 : 1)),
       kicks_(parts_.size() * (midpoint_kicks() ? 2 : 1)) {

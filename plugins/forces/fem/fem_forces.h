@@ -39,7 +39,7 @@ class FemForces {
   void bind(const ParticleView& rest);
 
   void prepare(const ParticleView& view, ThreadPool& pool);
-  // Of the view that was prepared.
+  // The next two see the view that was prepared.
   void add(Tile tile, ForceSink sink) const;
   double potential(Tile tile) const;
   void jacobian(const ParticleView& view, JacobianSink& sink) const;
