@@ -10,47 +10,13 @@ namespace sim {
 namespace {
 
 constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve the residual
-constexpr std::size_t kMostWork = 4'000'000;        // rows visited, of one island
-constexpr std::size_t kWorthThreads = 256;          // rows
+constexpr int kSlow = 60;                           // sweeps before Newton's method
+constexpr double kCloser = 0.2;  // of the tolerance, for that: a sweep sums what points ask for
+constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
+constexpr std::size_t kWorthThreads = 256;    // rows
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
-
-// The relative velocity d.(v1 - v2) + (arm1 x d).w1 - (arm2 x d).w2 in each direction.
-Vec3 RestingSolver::velocity(std::span<const SolverBody> bodies, const Row& row) {
-  const SolverBody& a = bodies[static_cast<std::size_t>(row.first)];
-  Vec3 w;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Direction& d = row.direction[k];
-    w[k] = d.along.dot(a.velocity) + d.moment[0].dot(a.angular_velocity) - d.ground;
-  }
-  if (row.second < 0) return w;
-  const SolverBody& b = bodies[static_cast<std::size_t>(row.second)];
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Direction& d = row.direction[k];
-    w[k] -= d.along.dot(b.velocity) + d.moment[1].dot(b.angular_velocity);
-  }
-  return w;
-}
-
-void RestingSolver::apply(Bodies bodies, const Row& row, const Vec3& impulse) {
-  const Direction* const d = row.direction;
-  const Vec3 whole = impulse[0] * d[0].along + impulse[1] * d[1].along + impulse[2] * d[2].along;
-  const auto turn = [&](std::size_t side) {
-    return impulse[0] * d[0].turn[side] + impulse[1] * d[1].turn[side] +
-           impulse[2] * d[2].turn[side];
-  };
-  if (row.inverse_mass[0] > 0) {
-    SolverBody& a = bodies[static_cast<std::size_t>(row.first)];
-    a.velocity += row.inverse_mass[0] * whole;
-    a.angular_velocity += turn(0);
-  }
-  if (row.inverse_mass[1] > 0) {
-    SolverBody& b = bodies[static_cast<std::size_t>(row.second)];
-    b.velocity -= row.inverse_mass[1] * whole;
-    b.angular_velocity -= turn(1);
-  }
-}
 
 int RestingSolver::root_of(int body) {
   auto at = static_cast<std::size_t>(body);
@@ -59,40 +25,6 @@ int RestingSolver::root_of(int body) {
     at = static_cast<std::size_t>(parent_[at]);
   }
   return static_cast<int>(at);
-}
-
-void RestingSolver::add_row(Bodies bodies, const ContactPoint& contact, std::size_t index,
-                            Row& row) const {
-  row.first = contact.first, row.second = contact.second, row.contact = index;
-  const Vec3 directions[3] = {contact.normal, contact.u, contact.v};
-  for (std::size_t k = 0; k < 3; ++k) {
-    Direction& d = row.direction[k] = {};
-    d.along = directions[k];
-    const auto turn = [&](std::size_t side, int body, const Vec3& arm) {
-      const SolverBody& of = bodies[static_cast<std::size_t>(body)];
-      row.inverse_mass[side] = of.inverse_mass;
-      d.moment[side] = arm.cross(d.along);
-      d.turn[side] = of.inverse_inertia * d.moment[side];
-    };
-    row.inverse_mass[1] = 0;
-    turn(0, contact.first, contact.arm1);
-    if (contact.second >= 0)
-      turn(1, contact.second, contact.arm2);
-    else
-      d.ground = d.along.dot(contact.ground);
-  }
-  Mat3 response;
-  for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t l = 0; l < 3; ++l) {
-      const Direction &a = row.direction[k], &b = row.direction[l];
-      response(static_cast<int>(k), static_cast<int>(l)) =
-          (k == l ? row.inverse_mass[0] + row.inverse_mass[1] : 0) + a.moment[0].dot(b.turn[0]) +
-          a.moment[1].dot(b.turn[1]);
-    }
-  row.point = PointResponse::of(response);
-  for (int k = 0; k < 3; ++k) row.scale[static_cast<std::size_t>(k)] = std::sqrt(response(k, k));
-  row.friction = contact.friction, row.offset = contact.offset;
-  row.impulse = {contact.normal_impulse, contact.tangent_impulse[0], contact.tangent_impulse[1]};
 }
 
 // Islands are in the order of their first contacts, and in each the contacts in their order.
@@ -136,7 +68,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (contacts[i].active) {
       Island& island = islands_[static_cast<std::size_t>(island_of(contacts[i]))];
-      add_row(bodies, contacts[i], i, rows_[island.end++]);
+      rows_[island.end++] = ContactRow(bodies, contacts[i], i);
     }
   for (std::size_t i = 0; i < bodies.size(); ++i)
     if (moves(static_cast<int>(i)))
@@ -147,14 +79,14 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
 RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
   Sweep sum;
   for (std::size_t r = island.begin; r < island.end; ++r) {
-    Row& row = rows_[r];
-    const Vec3 w = velocity(bodies, row) + Vec3(row.offset, 0, 0);
+    ContactRow& row = rows_[r];
+    const Vec3 w = row.velocity(bodies);
     const Vec3 impulse = coulomb_impulse(row.point, row.friction, w, row.impulse);
     const Vec3 added = impulse - row.impulse;
     const double softness = row.scale[0] * row.scale[0];
     sum.rounding = std::max(sum.rounding, kRounding * softness * impulse[0]);
     if (added == Vec3()) continue;
-    apply(bodies, row, added);
+    row.apply(bodies, added);
     row.impulse = impulse;
     for (std::size_t k = 0; k < 3; ++k)
       sum.residual = std::max(sum.residual, row.scale[k] * row.scale[k] * std::fabs(added[k]));
@@ -164,7 +96,7 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
 }
 
 double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance,
-                                   const std::function<bool()>& gives_up) {
+                                   ProximalNewton& newton, const std::function<bool()>& gives_up) {
   const std::size_t rows = island.end - island.begin, n = 3 * rows;
   const std::size_t each = Anderson::memory(3);
   const std::span<double> x = std::span(unknowns_).subspan(3 * island.begin, n),
@@ -177,10 +109,10 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
   };
   const auto put = [&](std::span<const double> from) {
     for (std::size_t r = 0; r < rows; ++r) {
-      Row& row = rows_[island.begin + r];
+      ContactRow& row = rows_[island.begin + r];
       Vec3 impulse;
       for (std::size_t k = 0; k < 3; ++k) impulse[k] = from[3 * r + k] / row.scale[k];
-      apply(bodies, row, impulse - row.impulse);
+      row.apply(bodies, impulse - row.impulse);
       row.impulse = impulse;
     }
     if (joints_) joints_->project(bodies, false);
@@ -193,6 +125,17 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
     const bool best = swept.residual <= least;
     least = std::min(least, swept.residual);
+    if (turn == kSlow && !joints_) {
+      if (!best) put(mixing.best());
+      const std::span<ContactRow> of = std::span(rows_).subspan(island.begin, rows);
+      if (newton.solve(bodies, of, island.bodies, kCloser * tolerance, gives_up) < least)
+        for (std::size_t r = 0; r < rows; ++r) {
+          of[r].apply(bodies, newton.impulses()[r] - of[r].impulse);
+          of[r].impulse = newton.impulses()[r];
+        }
+      mixing = Anderson{std::span(history_).subspan(each * island.begin, each * rows), n};
+      continue;
+    }
     if (turn >= last || gives_up()) {
       // Mixing may have led far away from the best state.
       if (!best) put(mixing.best());
@@ -215,11 +158,13 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   images_.resize(3 * rows_.size());
   history_.resize(Anderson::memory(3) * rows_.size());
   residuals_.assign(count_, 0);
+  newtons_.resize(static_cast<std::size_t>(pool.size()));
   const auto solve_some = [&](int rank, int ranks) {
     const std::function<bool()> gives_up = [&pool, rank] { return pool.gives_up(rank); };
     const Part part = part_of(static_cast<int>(count_), 1, rank, ranks);
     for (auto k = static_cast<std::size_t>(part.begin); k < static_cast<std::size_t>(part.end); ++k)
-      residuals_[k] = solve_island(bodies, islands_[k], tolerance, gives_up);
+      residuals_[k] = solve_island(bodies, islands_[k], tolerance,
+                                   newtons_[static_cast<std::size_t>(rank)], gives_up);
   };
   if (count_ > 1 && rows_.size() >= kWorthThreads)
     pool.run([&](int rank) { solve_some(rank, pool.size()); });
@@ -230,7 +175,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
 }
 
 void RestingSolver::store(Bodies bodies, std::span<ContactPoint> contacts) const {
-  for (const Row& row : rows_) {
+  for (const ContactRow& row : rows_) {
     ContactPoint& m = contacts[row.contact];
     const Vec3 added =
         row.impulse - Vec3(m.normal_impulse, m.tangent_impulse[0], m.tangent_impulse[1]);

@@ -5,9 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "contact_row.h"
 #include "contact_solver.h"
 #include "core/base/thread_pool.h"
-#include "coulomb_point.h"
+#include "proximal_newton.h"
 
 namespace sim {
 
@@ -16,9 +17,10 @@ namespace sim {
 // (1999)). Bodies joined by contacts form an island; fixed bodies and colliders join none. Each
 // island is solved by itself by nonsmooth Gauss-Seidel: each point in turn gets the impulse that
 // solves it alone (Jourdan, Alart & Jean (1998), Comput. Methods Appl. Mech. Eng. 155, 31-47),
-// starting from the present impulses, with Anderson acceleration of the sweeps. The residual is the
-// largest velocity change, m/s, that a point alone still requires: 0 at the solution only. The bits
-// are the same on any number of threads.
+// starting from the present impulses, with Anderson acceleration of the sweeps, and by
+// ProximalNewton where these converge slowly. The residual is the largest velocity change, m/s,
+// that a point alone still requires: 0 at the solution only. The bits are the same on any number of
+// threads.
 class RestingSolver {
  public:
   // The joints that all impulses respect; null: none. With joints all bodies are one island.
@@ -31,19 +33,6 @@ class RestingSolver {
                ThreadPool& pool);
 
  private:
-  struct Direction {
-    Vec3 along, moment[2], turn[2];  // arm x along, and I^-1 of it, of both bodies
-    double ground = 0;               // m/s, of a collider
-  };
-  struct Row {
-    int first = 0, second = -1;
-    std::size_t contact = 0;
-    double inverse_mass[2] = {};
-    Direction direction[3];  // the normal, u and v
-    PointResponse point;
-    double friction = 0, offset = 0;
-    Vec3 impulse, scale;  // N s, along the three; sqrt(W_kk), which makes all unknowns alike
-  };
   struct Island {
     std::size_t begin = 0, end = 0;  // of its rows
     std::vector<int> bodies = {};    // that move
@@ -55,22 +44,19 @@ class RestingSolver {
 
   void find_islands(Bodies bodies, std::span<const ContactPoint> contacts);
   int root_of(int body);
-  void add_row(Bodies bodies, const ContactPoint& contact, std::size_t index, Row& row) const;
-  double solve_island(Bodies bodies, const Island& island, double tolerance,
+  double solve_island(Bodies bodies, const Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
   void store(Bodies bodies, std::span<ContactPoint> contacts) const;
 
-  static Vec3 velocity(std::span<const SolverBody> bodies, const Row& row);
-  static void apply(Bodies bodies, const Row& row, const Vec3& impulse);
-
   JointProjection* joints_ = nullptr;
-  std::vector<Row> rows_;  // of active contacts, one island behind the other
+  std::vector<ContactRow> rows_;  // of active contacts, one island behind the other
   std::vector<double> unknowns_, images_, history_;  // of the mixing, of each row
   std::vector<Island> islands_;
   std::size_t count_ = 0;  // of the islands in use
   std::vector<int> parent_, island_of_;
-  std::vector<double> residuals_;  // of each island
+  std::vector<double> residuals_;        // of each island
+  std::vector<ProximalNewton> newtons_;  // of each thread
 };
 
 }  // namespace sim

@@ -1,0 +1,67 @@
+// Contact of an island by Newton's method, for islands whose sweeps converge slowly.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "block_lu.h"
+#include "contact_row.h"
+
+namespace sim {
+
+// With G the Jacobian of all points in the metric of the masses, y = G^T p the motion by impulses
+// p, and w(y) the velocities of the points, Coulomb's law is p = P(p - s w(y)) for any s > 0 (Alart
+// & Curnier (1991), Comput. Methods Appl. Mech. Eng. 92, 353-375): P(a)_n = max(0, a_n), and P(a)_t
+// is a_t within the friction P(a)_n.
+//
+// Proximal steps, p_{k+1} = P(p_k - s w(y)) with y = G^T p_{k+1} (Rockafellar (1976), SIAM J.
+// Control Optim. 14, 877-898), solve an equation for y each, 6 numbers a body: F(y) = y - G^T P(p_k
+// - s w(y)) = 0. Its Jacobian I + s G^T P' G is regular however many points are redundant, so that
+// Newton's method converges (Qi & Sun (1993), Math. Program. 58, 353-367). s grows as long as that
+// is quick.
+class ProximalNewton {
+ public:
+  // Solves from the impulses of the rows, which are applied to the bodies. `moving`: the bodies of
+  // the island. Returns the residual of impulses(), m/s, infinite if factorisation is too much
+  // work.
+  double solve(std::span<const SolverBody> bodies, std::span<const ContactRow> rows,
+               std::span<const int> moving, double tolerance,
+               const std::function<bool()>& gives_up);
+  std::span<const Vec3> impulses() const { return best_; }
+
+ private:
+  struct Side {
+    int body = -1;           // of the island
+    Vec3 along[3], turn[3];  // G: of each direction, for its velocity and its rotation
+  };
+  struct Point {
+    Side side[2];
+    Vec3 free;             // m/s, without impulses
+    double step = 0;       // kg: s at the weight 1, the inverse of the mean response
+    Vec3 impulse, tried;   // N s: p_k, and P(p_k - s w)
+    std::size_t entry[4];  // of the matrix: both bodies with both
+  };
+
+  void load(std::span<const SolverBody> bodies, std::span<const ContactRow> rows,
+            std::span<const int> moving);
+  Vec3 velocity(const Point& point, std::span<const double> y) const;
+  void add(const Point& point, const Vec3& impulse, std::span<double> y) const;
+  double evaluate(std::span<const double> y, std::span<double> rest);
+  void fill_matrix();
+  bool find_motion(double tolerance, const std::function<bool()>& gives_up);
+  double residual() const;
+
+  std::span<const ContactRow> rows_;
+  std::vector<Point> points_;
+  std::vector<Vec3> best_;
+  std::vector<int> local_;  // of each body its number in the island
+  std::vector<double> y_, tried_y_, rest_, tried_rest_, step_;
+  std::vector<double> correction_;
+  std::vector<Mat3> root_;  // of the inverse inertia of each body
+  BlockLu matrix_;
+  double weight_ = 0;  // of s
+  int solves_ = 0, left_ = 0;
+};
+
+}  // namespace sim
