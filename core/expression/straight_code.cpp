@@ -45,7 +45,12 @@ constexpr std::size_t kSignMask = 0, kSizeMask = 16, kEntry = 32;  // places in 
 class Assembler {
  public:
   Assembler(std::span<const Instruction> code, const std::function<bool(int)>& live)
-      : code_(code), writer_(slots_of(code), -1) {
+      : code_(code), writer_(slots_of(code), -1), uses_(writer_.size()) {
+    for (std::size_t i = 0; i < code.size(); ++i) {
+      for (int j = 0; j < operand_count(code[i].op); ++j)
+        uses_[code[i].operand[j]].push_back({static_cast<int>(i), false});
+      uses_[code[i].to].push_back({static_cast<int>(i), true});
+    }
     // Whose values are read in memory is known once the code has been written without knowing it.
     read_.assign(code.size(), true);
     std::vector<bool> read(code.size(), false);
@@ -198,57 +203,89 @@ class Assembler {
       case Op::kDifferenceTimes:
         finish(result({kDifference, kProduct}));
         break;
-      default: {  // kMinusProduct
-        const int x = operand(0), y = operand(1, {x}), z = operand(2, {x, y});
-        const int product = room({x, y, z});
-        copy(product, x);
-        operate(kProduct, product, y);
-        const int to = room({z, product});
-        copy(to, z);
-        operate(kDifference, to, product);
-        finish(to);
+      default:  // kMinusProduct
+        finish(minus_product());
         break;
-      }
     }
     return true;
   }
 
   // (operand 0 op operand 1) op operand 2, in the register that is returned.
   int result(std::initializer_list<Opcode> then) {
-    std::array<int, 3> busy;
-    busy.fill(operand(0));
-    for (std::size_t i = 1; i <= then.size(); ++i) busy[i] = operand(static_cast<int>(i), busy);
-    const int to = room(busy);
-    copy(to, busy[0]);
+    std::array<int, 3> from;
+    from.fill(operand(0));
+    for (std::size_t i = 1; i <= then.size(); ++i) from[i] = operand(static_cast<int>(i), from);
+    const bool symmetric = then.size() > 0 && (*then.begin() == kSum || *then.begin() == kProduct);
+    const int last = then.size() > 1 ? from[2] : -1;
+    if (symmetric && !is_free(from[0], last) && is_free(from[1], last)) std::swap(from[0], from[1]);
+    const int to = own(from[0], last, from);
     std::size_t i = 0;
-    for (const Opcode op : then) operate(op, to, busy[++i]);
+    for (const Opcode op : then) operate(op, to, from[++i]);
     return to;
   }
 
   // A sum that grows stays in its register.
   int product_plus() {
-    const int x = operand(0), y = operand(1, {x}), sum = operand(2, {x, y});
-    const int product = room({x, y, sum});
-    copy(product, y);
-    operate(kProduct, product, x);
-    const bool grows = code_[now_].operand[2] == code_[now_].to;
+    const auto [x, y, sum, product] = product_of_operands();
+    const bool grows = code_[now_].operand[2] == code_[now_].to || is_free(sum, product);
     const int to = grows ? sum : product;
     operate(kSum, to, grows ? product : sum);
     return to;
+  }
+  int minus_product() {
+    const auto [x, y, from, product] = product_of_operands();
+    const int to = own(from, product, std::array{from, product});
+    operate(kDifference, to, product);
+    return to;
+  }
+
+  struct ProductPlus {
+    int x, y, z, product;
+  };
+  ProductPlus product_of_operands() {
+    int x = operand(0), y = operand(1, {x});
+    const int z = operand(2, {x, y});
+    if (!is_free(y, z)) std::swap(x, y);
+    const int product = own(y, z, std::array{x, y, z});
+    operate(kProduct, product, x);
+    return {x, y, z, product};
   }
 
   // `op` of b and a is a where they are equal or a is not a number, and where b is not: a mask of
   // ones, which is no number either.
   int extreme(Opcode op) {
-    const int a = operand(0), b = operand(1, {a}), to = room({a, b});
-    copy(to, b);
-    operate(op, to, a);
-    const int unordered = room({a, b, to});
+    const int a = operand(0), b = operand(1, {a}), unordered = room({a, b});
     copy(unordered, b);
     prefixed(wide_ ? kBoth : kLow, 0xc2, unordered, unordered);  // cmpunord
     add({3});
+    const int to = own(b, -1, std::array{a, b, unordered});
+    operate(op, to, a);
     prefixed(kBoth, kOr, to, unordered);
     return to;
+  }
+
+  // A register with the value of `from`, to be changed: itself if nothing reads it later.
+  template <class Busy>
+  int own(int from, int read, const Busy& busy) {
+    if (is_free(from, read)) return from;
+    const int to = room(busy);
+    copy(to, from);
+    return to;
+  }
+  // True if nothing reads the register behind the present instruction, nor is it `read` by it.
+  bool is_free(int i, int read) {
+    const Register& each = at(i);
+    if (i == read) return false;
+    if (each.content == Content::kPair) return is_dead(each.slot) && is_dead(each.slot + 1);
+    return is_dead(each.slot);
+  }
+  // True if the value of the slot is not read behind the present instruction.
+  bool is_dead(int slot) const {
+    const int last = static_cast<int>(now_) + (wide_ ? 1 : 0);
+    if (slot >= code_[now_].to && slot <= code_[now_].to + (wide_ ? 1 : 0)) return true;
+    const std::vector<Use>& uses = uses_[static_cast<std::size_t>(slot)];
+    const auto next = std::ranges::upper_bound(uses, last, {}, &Use::at);
+    return next == uses.end() || next->writes;
   }
 
   int masked(int to, Opcode op, std::size_t mask) {
@@ -459,8 +496,13 @@ class Assembler {
   }
 
   std::span<const Instruction> code_;
-  std::vector<int> writer_;  // of each slot, the last one so far
-  std::vector<bool> read_;   // in memory, the value of each instruction
+  struct Use {
+    int at;  // an instruction that reads the slot first and then writes it
+    bool writes;
+  };
+  std::vector<int> writer_;             // of each slot, the last one so far
+  std::vector<std::vector<Use>> uses_;  // of each slot, in order
+  std::vector<bool> read_;              // in memory, the value of each instruction
   std::vector<bool>* found_ = nullptr;
   Bytes bytes_;
   std::size_t now_ = 0;
