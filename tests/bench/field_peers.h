@@ -22,6 +22,7 @@ struct FieldPoint {
 struct FieldCurve {
   std::string program, method;
   std::vector<FieldPoint> points;
+  int states = 1;  // asked for on the way
   bool ours() const { return program == "sim"; }
   std::string name() const { return ours() ? method : program + " " + method; }
 };
