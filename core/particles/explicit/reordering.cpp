@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "core/base/assert.h"
-#include "core/particles/springs/springs.h"
 
 namespace sim {
 namespace {

@@ -10,6 +10,7 @@
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
 #include "core/particles/particles.h"
+#include "core/particles/springs/springs.h"
 
 namespace sim {
 
