@@ -6,17 +6,20 @@
 namespace sim {
 namespace {
 
-constexpr int kMostSteps = 150;    // proximal ones
-constexpr int kMostFactors = 400;  // of all of them
-constexpr int kMostNewton = 25;    // of one step
-constexpr int kQuick = 6;          // Newton iterations after which s may grow
-constexpr int kMostHalvings = 10;  // of an iteration
+constexpr int kMostSteps = 150;            // proximal ones
+constexpr std::size_t kMostFactors = 400;  // of all of them
+constexpr int kMostNewton = 25;            // of one step
+constexpr int kQuick = 6;                  // Newton iterations after which s may grow
+constexpr int kMostHalvings = 10;          // of an iteration
 constexpr double kFirstWeight = 100, kLeastWeight = 1, kMostWeight = 1e7;
 constexpr double kGrows = 2, kShrinks = 0.25;
-constexpr double kInexact = 0.1;                // of the change of p: what F may be off by
-constexpr double kFine = 1e-3;                  // of the tolerance: the same
-constexpr double kMotionRounding = 1e-13;       // of |y|
-constexpr std::size_t kMostProducts = 400'000;  // of blocks, one factorisation
+constexpr double kWorse = 4;                // times the least residual, by rounding: s is too large
+constexpr double kInexact = 0.1;            // of the change of p: what F may be off by
+constexpr double kFine = 1e-3;              // of the tolerance: the same
+constexpr double kMotionRounding = 1e-13;   // of |y|
+constexpr double kImpulseRounding = 3e-16;  // of |y|, times the weight of s
+constexpr std::size_t kMostProducts = 8'000'000;  // of blocks, by all factors
+constexpr std::size_t kFewFactors = 60;           // fewer hardly solve anything
 
 // The friction of a point: P(a), and its derivative.
 Vec3 within_law(const Vec3& a, double friction, Mat3* slope) {
@@ -194,8 +197,8 @@ bool ProximalNewton::find_motion(double tolerance, const std::function<bool()>& 
   double moved = evaluate(y_, rest_);
   for (solves_ = 0; solves_ < kMostNewton && left_ > 0 && !gives_up(); ++solves_, --left_) {
     const double off = norm(rest_);
-    if (off <= std::max({kMotionRounding * norm(y_), kFine * tolerance, kInexact * moved}))
-      return true;
+    const double rounding = (kMotionRounding + kImpulseRounding * weight_) * norm(y_);
+    if (off <= std::max({rounding, kFine * tolerance, kInexact * moved})) return true;
     fill_matrix();
     if (!matrix_.factorise()) return false;
     step_ = rest_;
@@ -229,11 +232,13 @@ double ProximalNewton::solve(std::span<const SolverBody> bodies, std::span<const
                              std::span<const int> moving, double tolerance,
                              const std::function<bool()>& gives_up) {
   load(bodies, rows, moving);
-  if (matrix_.products() > kMostProducts) return HUGE_VAL;
-  double least = HUGE_VAL, heaviest = HUGE_VAL;
-  for (const Point& point : points_) heaviest = std::min(heaviest, point.step);
-  const double fine = tolerance * std::sqrt(heaviest);
-  weight_ = kFirstWeight, left_ = kMostFactors;
+  const std::size_t factors = kMostProducts / (matrix_.products() + 1);
+  if (factors < kFewFactors) return HUGE_VAL;
+  double least = HUGE_VAL, heaviest = kMostWeight, lightest = HUGE_VAL;
+  for (const Point& point : points_) lightest = std::min(lightest, point.step);
+  const double fine = tolerance * std::sqrt(lightest);  // as a motion
+  weight_ = kFirstWeight;
+  left_ = static_cast<int>(std::min(kMostFactors, factors));
   best_.resize(points_.size());
   std::vector<double> begin = y_;
   for (int step = 0; step < kMostSteps && left_ > 0 && !gives_up(); ++step) {
@@ -255,7 +260,10 @@ double ProximalNewton::solve(std::span<const SolverBody> bodies, std::span<const
       for (std::size_t r = 0; r < points_.size(); ++r) best_[r] = points_[r].impulse;
     }
     if (now <= tolerance) break;
-    if (solves_ <= kQuick) weight_ = std::min(kMostWeight, kGrows * weight_);
+    if (now > kWorse * least && kImpulseRounding * weight_ * norm(y_) > fine)
+      weight_ = heaviest = std::max(kLeastWeight, kShrinks * weight_);
+    else if (solves_ <= kQuick)
+      weight_ = std::min(heaviest, kGrows * weight_);
   }
   return least;
 }

@@ -10,7 +10,7 @@ namespace sim {
 namespace {
 
 constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve the residual
-constexpr int kSlow = 60;                           // sweeps before Newton's method
+constexpr int kSlow = 60;                           // sweeps between tries of Newton's method
 constexpr double kCloser = 0.2;  // of the tolerance, for that: a sweep sums what points ask for
 constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
 constexpr std::size_t kWorthThreads = 256;    // rows
@@ -125,7 +125,7 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
     const bool best = swept.residual <= least;
     least = std::min(least, swept.residual);
-    if (turn == kSlow && !joints_) {
+    if (turn % kSlow == 0 && turn < last && !joints_) {
       if (!best) put(mixing.best());
       const std::span<ContactRow> of = std::span(rows_).subspan(island.begin, rows);
       if (newton.solve(bodies, of, island.bodies, kCloser * tolerance, gives_up) < least)

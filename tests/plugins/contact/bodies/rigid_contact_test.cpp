@@ -144,7 +144,8 @@ TEST_CASE("Newton's cradle gives on what hits it", "[rigid]") {
   }
 }
 
-// Rows of points on edges and faces are redundant, and the solver may use up its sweeps.
+// Rows of points on edges and faces are redundant. Bodies that overlap at the end of a step, by g
+// h^2 or so, are moved apart, which lifts them.
 TEST_CASE("contact gives no energy to dominoes", "[rigid]") {
   const std::string row = R"(
 local half, b = {0.00375, 0.024, 0.012}, {}
@@ -165,11 +166,13 @@ return sim.scene { bodies = b, forces = { sim.force.gravity {} },
       std::string text = row;
       text.replace(text.find("TOLERANCE"), 9, tolerance);
       TextRun run(text, "verlet", dt);
+      constexpr double kWeight = 3 * 0.0089 * 9.80665;  // N, of all
+      const double lift = 2 * kWeight * 9.80665 * dt * dt;
       double most = run.system.energy().total();
       for (double t = 0; t < 0.5; t += dt) {
         run.system.step();
         const double now = run.system.energy().total();
-        CHECK(now < 1.01 * most);
+        CHECK(now < 1.003 * most + lift);
         most = std::min(most, now);
       }
       const double lean = run.system.body_state(2).axes(1, 1);
