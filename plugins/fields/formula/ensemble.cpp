@@ -1,7 +1,8 @@
 #include "ensemble.h"
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
+#include <cstdint>
 
 #include "core/base/finite.h"
 
@@ -14,7 +15,9 @@ bool same(const Instruction& a, const Instruction& b) {
   return a.op == b.op && a.to == b.to && std::ranges::equal(a.operand, b.operand);
 }
 
-bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
 
 }  // namespace
 
