@@ -161,6 +161,7 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
 
   // The motion of the gap in the step, from its end and the rates at both ends.
   const double rate = m.normal.dot(now), rate0 = m.normal.dot(before), a = (rate - rate0) / h;
+  const Vec3 slip_gain = tangential(now - before, m.normal);
   m.gap = point.gap + left * h * rate;
   // The duration of the side that is not fixed.
   constexpr double kHeld = 1e-6;
@@ -174,10 +175,10 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
                gap0 = m.gap - h * rate0 - duration * (rate - rate0);
   if (gap0 <= tiny) {
     m.before = rate0, m.given = rate - rate0, m.after = h, m.duration = duration;
-    m.path_gap = gap0 + h * rate0, m.path_gain = m.given;
+    m.path_gap = gap0 + h * rate0, m.path_gain = m.given, m.path_slip_gain = slip_gain;
     m.active = m.gap <= tiny;
   } else {
-    m.path_gap = m.gap, m.acceleration = a;
+    m.path_gap = m.gap, m.acceleration = a, m.slip_acceleration = slip_gain / h;
     m.active = m.gap < 0;
     m.after = m.active ? time_since(m.gap, rate, a, h) : 0;
     m.given = a * m.after;

@@ -188,7 +188,8 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     const Vec3 slip = velocity(solver_bodies, m);
     const double rate = m.normal.dot(slip) - m.given;
     const double push = -(1 + m.restitution_at(-rate)) * rate / soft;
-    const Vec3 along = slip - m.normal.dot(slip) * m.normal;
+    // The slip at the impact: forces may add to it until the end of the step.
+    const Vec3 along = tangential(slip, m.normal) - m.path_slip_gain - now * m.slip_acceleration;
     const Vec3 pull = within_cone(-along / m.inverse_mass_t, m.friction_at(along.norm()) * push);
     apply(solver_bodies, m, push * m.normal + pull, now);
     if (joints_) {

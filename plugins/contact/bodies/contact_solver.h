@@ -31,6 +31,8 @@ struct ContactPoint {
   // from the start, since the contact balances them.
   double path_gap = 0, path_gain = 0;    // m, at the end; m/s, not counted in the rate there
   double acceleration = 0;               // m/s^2
+  // The same along the surface.
+  Vec3 path_slip_gain, slip_acceleration;
   double friction = 0, restitution = 0;  // of rest, at the slip at hand; of a slow blow
   ContactMaterial sides[2];              // if one has a law other than Coulomb's
   double before = 0;    // m/s, the normal velocity just before they touch; < 0: nearing

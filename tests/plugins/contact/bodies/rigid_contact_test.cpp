@@ -89,6 +89,35 @@ TEST_CASE("a ball bounces as Newton says, exactly in uniform gravity", "[rigid]"
   CHECK(scene.system.body_state(0).center.y() == Approx(0.1).margin(1e-9));
 }
 
+// A ball that falls on an incline from rest slips at g sin(0.4) t when it hits; friction stops the
+// slip there, which leaves 5/7 of the velocity along the surface, and weight goes on to act. So it
+// must whatever part of the step is left after the impact.
+TEST_CASE("friction at an impact stops the slip that is there, not that at the end of the step",
+          "[rigid]") {
+  constexpr double kRadius = 0.3, kHigh = 0.2, kEnd = 0.28;
+  const double down = 9.81 * std::sin(0.4), onto = 9.81 * std::cos(0.4);
+  const double hit = std::sqrt(2 * kHigh / onto), after = kEnd - hit;
+  const double left = 5.0 / 7 * down * hit;
+  const std::string ball = scene_of(
+      "b", "sim.collider.plane { normal = n, friction = 0.5 }", true,
+      "local n = { -math.sin(0.4), math.cos(0.4), 0 }\n"
+      "local b = sim.rigid { shape = sim.sphere { radius = 0.3 }, mass = 2, friction = 0.5, "
+      "restitution = 0.5, position = { 0.5 * n[1], 0.5 * n[2], 0 } }\n");
+  for (const char* method : {"verlet", "rk4"})
+    for (const double h : {0.01, 0.004, 0.00175}) {
+      CAPTURE(method, h);
+      TextRun run(ball, method, h);
+      run.run_to(kEnd);
+      const RigidState state = run.system.body_state(0);
+      CHECK(
+          slid(run.system) ==
+          Approx(0.5 * down * hit * hit + left * after + 0.5 * down * after * after).margin(1e-9));
+      const Vec3 along(-std::cos(0.4), -std::sin(0.4), 0);
+      CHECK(state.velocity.dot(along) == Approx(left + down * after).margin(1e-9));
+      CHECK(state.angular_velocity.norm() == Approx(left / kRadius).margin(1e-9));
+    }
+}
+
 TEST_CASE("a ball that slides rolls in the end, at 5/7 of its velocity", "[rigid]") {
   TextRun scene(
       scene_of("sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 1, position = {0, "
