@@ -75,15 +75,57 @@ void add_edges(const TurnedBox& a, const TurnedBox& b, const Vec3& n, std::size_
   out.push_back({0.5 * (x + y), n, gap, feature});
 }
 
+// Two parallel edges of the boxes at one place, where neither is above a face of the other: there
+// the normals of both faces, and all between them, separate the boxes. The mean is used, so that
+// what is symmetric stays so: n is along the sum of b's normals at its edge less that of a's. False
+// if no edges meet like this.
+bool add_parallel_edges(const TurnedBox& a, std::size_t i, const TurnedBox& b, std::size_t j,
+                        double near, double margin, int base, std::vector<ManifoldPoint>& out) {
+  struct Edge {
+    Edge(const TurnedBox& box, std::size_t k, int corner) : middle(box.center) {
+      for (std::size_t side = 0; side < 2; ++side) {
+        const std::size_t l = (k + 1 + side) % 3;
+        face[side] = (corner >> side) % 2 ? box.axis[l] : Vec3(-box.axis[l]);
+        middle += box.half[l] * face[side];
+      }
+    }
+    Vec3 middle, face[2];
+  };
+  const Vec3 &u = a.axis[i], v = std::copysign(1.0, u.dot(b.axis[j])) * b.axis[j];
+  for (int k = 0; k < 16; ++k) {
+    const Edge one(a, i, k / 4), two(b, j, k % 4);
+    const Vec3 d = one.middle - two.middle,
+               n = two.face[0] + two.face[1] - one.face[0] - one.face[1];
+    const double along = u.dot(d), size = n.norm();
+    if ((d - along * u).norm() > near || !(size > 0)) continue;
+    bool meets = true;
+    for (const Vec3& f : one.face)
+      for (const Vec3& g : two.face)
+        meets = meets && f.dot(g) > -kNearlyParallel && n.dot(f) < 0 && n.dot(g) > 0;
+    const double low = std::max(-a.half[i], -along - b.half[j]),
+                 high = std::min(a.half[i], b.half[j] - along);
+    if (!meets || !(high > low)) continue;
+    for (const double s : {low, high}) {
+      const Vec3 x = one.middle + s * u, y = two.middle + (s + along) * v;
+      const double gap = n.dot(x - y) / size;
+      if (gap <= margin)
+        out.push_back({0.5 * (x + y), n / size, gap, base + 10 * k + (s == high ? 1 : 0)});
+    }
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void collide_boxes(const Placed& first, const Placed& second, double margin,
                    std::vector<ManifoldPoint>& out) {
   constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
-  constexpr double kPrefer = 1e-7;    // of a size: faces before edges, the first before the second
+  constexpr double kPrefer = 1e-7;  // of the size: faces before edges, the first before the second
+  constexpr double kMeet = 1e-3;    // of the size: parallel edges that are at one place
   const TurnedBox a(first), b(second);
   const Vec3 d = a.center - b.center;
-  const double prefer = kPrefer * (a.half.maxCoeff() + b.half.maxCoeff());
+  const double size = a.half.maxCoeff() + b.half.maxCoeff(), prefer = kPrefer * size;
 
   // The axis n of largest separation, which points from b to a.
   struct Best {
@@ -112,6 +154,15 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
       const double length = product.norm();
       if (length > kParallel && !look(product / length, 2, i, j)) return;
     }
+
+  const double near = kMeet * size;
+  if (best.kind < 2 && best.gap > -near)
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j)
+        if (a.axis[i].cross(b.axis[j]).norm() <= kParallel &&
+            add_parallel_edges(a, i, b, j, near, margin, 1000 * (30 + static_cast<int>(3 * i + j)),
+                               out))
+          return;
 
   const int base = 1000 * (10 * best.kind + static_cast<int>(3 * best.i + best.j));
   if (best.kind == 0)

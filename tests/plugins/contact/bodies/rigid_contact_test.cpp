@@ -278,3 +278,34 @@ TEST_CASE("what bodies cannot touch is refused by name", "[rigid]") {
   CHECK_THROWS_WITH(Simulation(spec.systems[0], registry, {.integrator = MethodChoice{"dopri5"}}),
                     Catch::Contains("adaptive"));
 }
+
+// A card of half height L and half thickness t that leans at the angle a from the vertical stands
+// on its inner edge. The other one presses on its upper edge, 2 L from that, with a level force H,
+// by symmetry: moments about the foot give H / weight = tan(a) / 2 - t / (2 L), here 0.17199.
+TEST_CASE("two cards that lean on each other stand if friction holds their feet", "[rigid]") {
+  const std::string cards = R"(
+local L, t, a, b = 0.045, 0.0009, math.rad(20), {}
+for i, side in ipairs { 1, -1 } do
+  b[i] = sim.rigid { shape = sim.box { half = { t, L, 0.03 } }, mass = 0.002, friction = FRICTION,
+    position = { -side * (L * math.sin(a) + t * math.cos(a)),
+                 L * math.cos(a) + t * math.sin(a), 0 },
+    rotation = { 0, 0, -side * a } }
+end
+return sim.scene { bodies = b, forces = { sim.force.gravity {} },
+  contact = sim.contact.bodies { tolerance = 1e-9 },
+  colliders = { sim.collider.plane { normal = {0, 1, 0}, friction = FRICTION } },
+  integrator = "verlet", dt = 0.001, duration = 0.5 }
+)";
+  for (const auto& [friction, stands] : {std::pair("0.170", false), std::pair("0.174", true)}) {
+    INFO(friction);
+    std::string text = cards;
+    for (std::size_t at; (at = text.find("FRICTION")) != std::string::npos;)
+      text.replace(at, 8, friction);
+    TextRun run(text, "verlet", 0.001);
+    const double before = run.system.body_state(0).center.y();
+    run.run_to(0.5);
+    const double fallen = before - run.system.body_state(0).center.y();
+    CHECK((fallen < 1e-6) == stands);
+    CHECK((fallen > 1e-3) == !stands);
+  }
+}
