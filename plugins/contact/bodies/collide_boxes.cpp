@@ -97,14 +97,14 @@ bool add_parallel_edges(const TurnedBox& a, std::size_t i, const TurnedBox& b, s
     const Vec3 d = one.middle - two.middle,
                n = two.face[0] + two.face[1] - one.face[0] - one.face[1];
     const double along = u.dot(d), size = n.norm();
-    if ((d - along * u).norm() > near || !(size > 0)) continue;
+    if ((d - along * u).norm() > near || !(size > 1)) continue;
     bool meets = true;
     for (const Vec3& f : one.face)
       for (const Vec3& g : two.face)
         meets = meets && f.dot(g) > -kNearlyParallel && n.dot(f) < 0 && n.dot(g) > 0;
     const double low = std::max(-a.half[i], -along - b.half[j]),
                  high = std::min(a.half[i], b.half[j] - along);
-    if (!meets || !(high > low)) continue;
+    if (!meets || !(high > low + near)) continue;
     for (const double s : {low, high}) {
       const Vec3 x = one.middle + s * u, y = two.middle + (s + along) * v;
       const double gap = n.dot(x - y) / size;
