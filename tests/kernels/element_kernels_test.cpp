@@ -259,8 +259,8 @@ std::vector<Vec3> forces_beside(const Mat3& F, int count, int odd, const Mat3& o
 
 // The rotation nearest to F = diag(a, b, c) with c < 0, |c| < b is 1: P = 2 mu (F - 1) + lambda
 // tr(F - 1), and the force on the node at 1 along an axis is -P/6 of that column. The roots of its
-// polynomial are twice the gap b - |c| apart: rounding of the root and of the quotient each bring
-// in 1 / gap.
+// polynomial are twice the gap b - |c| apart: rounding of the root and of the quotient bring in
+// 1 / gap each.
 TEST_CASE("the rotation of an inverted cell is found where two stretches nearly cancel",
           "[fem_kernel]") {
   for (const double gap : {0.4, 1e-2, 1e-4, 1e-5}) {

@@ -283,6 +283,9 @@ TEST_CASE("a pair potential as a formula moves a gas as the one in the kernel",
       "sim.force.pair { 'lennard_jones', epsilon = 2, sigma = 1, cutoff = 2, smooth = 'off', "
       "skin = 0.2 }";
   CHECK(largest_difference(gas(formula, "verlet"), gas(built_in, "verlet"), 150) < 1e-11);
+  const std::string powers =
+      "sim.force.expression { '4*e*(l^12/r^12 - l^6/(r*r^5))', e = 2, l = 1, cutoff = 2 }";
+  CHECK(largest_difference(gas(powers, "verlet"), gas(built_in, "verlet"), 150) < 1e-11);
   CHECK(largest_difference(gas(formula, "trbdf2"), gas(built_in, "trbdf2"), 20) < 1e-6);
   Simulation of_formula = compiled(gas(formula, "verlet"));
   CHECK(dynamic_cast<ParticleSystem&>(of_formula.ode()).forces().front()->conservative());

@@ -11,6 +11,7 @@ struct PairRows {
   static constexpr int kMost = Program::kBlock;
 
   alignas(64) double d[3][kMost], r[kMost];  // m
+  alignas(64) double inverse[kMost];         // 1/r
 };
 
 struct PairRowKernels {
@@ -22,6 +23,9 @@ struct PairRowKernels {
   // there is no direction, and no force if U' is finite.
   void (*add)(const PairRows& rows, const double* slopes, int count, double cutoff,
               double (&sums)[3][8]);
+  // Adds half the energies U of the pairs with r < cutoff.
+  void (*add_energies)(const PairRows& rows, const double* energies, int count, double cutoff,
+                       double (&sums)[8]);
 };
 PairRowKernels pair_row_kernels();  // for this machine
 

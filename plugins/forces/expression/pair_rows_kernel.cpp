@@ -10,6 +10,7 @@ namespace {
 
 void measure(const NeighbourBlock& block, int b, const double* points, int first, int count,
              double cutoff, PairRows& rows) {
+  const Doubles limit = splat<double>(cutoff), one = splat<double>(1);
   for (int half = 0; half < 8; half += kDoubles) {
     std::int32_t own[kDoubles];
     Doubles counts{};
@@ -21,11 +22,13 @@ void measure(const NeighbourBlock& block, int b, const double* points, int first
     const std::int32_t* slot = block.slots + 8 * std::ptrdiff_t{first} + half;
     for (int k = 0, at = half; k < count; ++k, at += 8, slot += 8) {
       const V3<double> d = here - gather(points, slot);
-      const Doubles r = square_root(d.x * d.x + d.y * d.y + d.z * d.z);
+      const Doubles distance = square_root(squared(d));
+      const Doubles r = splat<double>(first + k) < counts ? distance : limit;
       store(rows.d[0] + at, d.x);
       store(rows.d[1] + at, d.y);
       store(rows.d[2] + at, d.z);
-      store(rows.r + at, splat<double>(first + k) < counts ? r : splat<double>(cutoff));
+      store(rows.r + at, r);
+      store(rows.inverse + at, one / r);
     }
   }
 }
@@ -38,10 +41,11 @@ void add(const PairRows& rows, const double* slopes, int count, double cutoff,
     Doubles x = load(sums[0] + half), y = load(sums[1] + half), z = load(sums[2] + half);
     for (int at = half; at < 8 * count; at += 8) {
       const Doubles r = load(rows.r + at), slope = load(slopes + at);
-      const Doubles factor = r > zero ? slope / r : zero * slope, f = r < limit ? factor : zero;
-      x = x - f * load(rows.d[0] + at);
-      y = y - f * load(rows.d[1] + at);
-      z = z - f * load(rows.d[2] + at);
+      const Doubles factor = slope * (r > zero ? load(rows.inverse + at) : zero);
+      const Doubles f = r < limit ? -factor : zero;
+      x = fma(f, load(rows.d[0] + at), x);
+      y = fma(f, load(rows.d[1] + at), y);
+      z = fma(f, load(rows.d[2] + at), z);
     }
     store(sums[0] + half, x);
     store(sums[1] + half, y);
@@ -49,7 +53,18 @@ void add(const PairRows& rows, const double* slopes, int count, double cutoff,
   }
 }
 
-constexpr PairRowKernels kPairRows{measure, add};
+void add_energies(const PairRows& rows, const double* energies, int count, double cutoff,
+                  double (&sums)[8]) {
+  const Doubles limit = splat<double>(cutoff), half = splat<double>(0.5);
+  for (int lane = 0; lane < 8; lane += kDoubles) {
+    Doubles sum = load(sums + lane);
+    for (int at = lane; at < 8 * count; at += 8)
+      sum += load(rows.r + at) < limit ? half * load(energies + at) : Doubles{};
+    store(sums + lane, sum);
+  }
+}
+
+constexpr PairRowKernels kPairRows{measure, add, add_energies};
 
 }  // namespace
 }  // namespace sim::SIM_TARGET

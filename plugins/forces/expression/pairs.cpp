@@ -7,6 +7,7 @@
 #include "core/base/thread_pool.h"
 #include "core/particles/neighbours/neighbours.h"
 #include "distances.h"
+#include "inverse_distance.h"
 #include "pair_rows.h"
 #include "parts.h"
 
@@ -30,6 +31,9 @@ class OfPairs final : public sim::Force {
     known.insert(known.end(), both_.names().begin(), both_.names().end());
     Formulas formulas(kOwner, params, known);
     law_.emplace(formulas, "a pair", kFormulas);
+    const int u = formulas.read("energy", "a pair"), slope = formulas.graph.derivative(u, 0);
+    listed_ = {with_inverse_distance(formulas, {&u, 1}),
+               with_inverse_distance(formulas, {&slope, 1})};
   }
 
   // Checks here already that the neighbour lists fit into memory.
@@ -114,8 +118,9 @@ class OfPairs final : public sim::Force {
     PairRows rows;
     alignas(64) double values[kBlock], times[kBlock], own[OfBoth::kMost][kBlock];
     if (program.reads(1)) std::fill(times, times + kBlock, t);
-    const double* inputs[2 + OfBoth::kMost] = {rows.r, times};
+    const double* inputs[3 + OfBoth::kMost] = {rows.r, times};
     for (std::size_t column = 0; column < both_.size(); ++column) inputs[column + 2] = own[column];
+    inputs[both_.size() + 2] = rows.inverse;
     double* const outputs[] = {values};
     const sim::NeighbourBlock& block = neighbours_->blocks()[static_cast<std::size_t>(b)];
     const int most = program.block() / 8;
@@ -146,9 +151,10 @@ class OfPairs final : public sim::Force {
   void evaluate_lists(double t, int begin, int end) {
     for (int b = begin; b < end; ++b) {
       double sums[3][8] = {};
-      for_each_rows(law_->slope, t, b, [&](const PairRows& rows, const double* slopes, int count) {
-        kernels_.add(rows, slopes, count, cutoff_, sums);
-      });
+      for_each_rows(listed_.slope, t, b,
+                    [&](const PairRows& rows, const double* slopes, int count) {
+                      kernels_.add(rows, slopes, count, cutoff_, sums);
+                    });
       for_each_particle(b, [&](std::size_t i, int lane) {
         forces_[i] = {sums[0][lane], sums[1][lane], sums[2][lane]};
       });
@@ -160,9 +166,8 @@ class OfPairs final : public sim::Force {
     energies_known_ = true;
     for (int b = 0; b < std::ssize(neighbours_->blocks()); ++b) {
       double sums[8] = {};
-      for_each_rows(law_->energy, t, b, [&](const PairRows& rows, const double* u, int count) {
-        for (int at = 0; at < 8 * count; ++at)
-          if (rows.r[at] < cutoff_) sums[at % 8] += 0.5 * u[at];
+      for_each_rows(listed_.energy, t, b, [&](const PairRows& rows, const double* u, int count) {
+        kernels_.add_energies(rows, u, count, cutoff_, sums);
       });
       for_each_particle(b, [&](std::size_t i, int lane) { energies_[i] = sums[lane]; });
     }
@@ -228,6 +233,9 @@ class OfPairs final : public sim::Force {
   std::vector<double> last_;                   // without: where all were
   PairRowKernels kernels_ = pair_row_kernels();
   std::optional<sim::RadialEnergy> law_;
+  struct {
+    Program energy, slope;
+  } listed_;  // those of the law for pairs of lists, whose 1/r is known
   std::vector<Vec3> forces_;
   bool known_ = false;                    // the forces, at the positions of the lists
   mutable std::vector<double> energies_;  // with a cutoff, once asked for

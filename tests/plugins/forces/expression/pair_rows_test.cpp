@@ -20,7 +20,7 @@ TEST_CASE("rows of pairs have their distances, and add the forces of a sum over 
     AllPairs all(items);
     const int other = (extreme + 1) % items;
     // Much nearer than others, just within reach, just beyond it, and at the same place.
-    for (const double way : {0.3, 0.999999 * kCutoff, 1.000001 * kCutoff, 0.0}) {
+    for (const double way : {0.3, 0.999999 * kCutoff, 1.000001 * kCutoff, 0.0, 1e-25}) {
       for (int i = 0; i < items; ++i) all.set(i, piled(i));
       if (other != extreme) all.set(extreme, all.at(other) + Vec3(0, way, 0));
       const auto kernels = sim::pair_row_kernels();
@@ -38,7 +38,10 @@ TEST_CASE("rows of pairs have their distances, and add the forces of a sum over 
             const int i = 8 * b + at % 8, entry = 8 * first + at, j = block.slots[entry];
             const double r =
                 entry / 8 < block.count[at % 8] ? (all.at(i) - all.at(j)).norm() : kCutoff;
-            if (rows.r[at] != r) FAIL_CHECK(i << ", " << j << ": " << rows.r[at] << ", not " << r);
+            if (!(std::fabs(rows.r[at] - r) <= 4e-16 * r))
+              FAIL_CHECK(i << ", " << j << ": " << rows.r[at] << ", not " << r);
+            if (r > 0 && !(std::fabs(rows.inverse[at] * r - 1) <= 4e-16))
+              FAIL_CHECK(i << ", " << j << ": 1/r = " << rows.inverse[at] << " of " << r);
             slopes[at] = rows.r[at] > 0 ? slope_at(rows.r[at]) : 7;
           }
           kernels.add(rows, slopes, count, kCutoff, sums);
@@ -52,7 +55,7 @@ TEST_CASE("rows of pairs have their distances, and add the forces of a sum over 
             if (r > 0 && r < kCutoff) force = force - slope_at(r) / r * d;
           }
           for (int axis = 0; axis < 3; ++axis)
-            if (sums[axis][lane] != force[static_cast<std::size_t>(axis)])
+            if (!agree(sums[axis][lane], force[static_cast<std::size_t>(axis)], 1e-13 * items))
               FAIL_CHECK("particle " << i << ": " << sums[axis][lane] << ", not "
                                      << force[static_cast<std::size_t>(axis)]);
         }
