@@ -98,7 +98,7 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, std::span<const Co
   }
   points_.resize(rows.size());
   y_.assign(BlockLu::kSize * moving.size(), 0);
-  std::vector<std::array<int, 2>> pairs;
+  pairs_.clear();
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const ContactRow& row = rows[r];
     Point& point = points_[r] = {};
@@ -119,14 +119,14 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, std::span<const Co
     point.impulse = row.impulse;
     add(point, point.impulse, y_);
     if (point.side[0].body >= 0 && point.side[1].body >= 0)
-      pairs.push_back({point.side[0].body, point.side[1].body});
+      pairs_.push_back({point.side[0].body, point.side[1].body});
   }
   for (std::size_t r = 0; r < rows.size(); ++r) {
     Point& point = points_[r];
     point.free = {};
     point.free = rows[r].velocity(bodies) - velocity(point, y_);
   }
-  matrix_.analyse(static_cast<int>(moving.size()), pairs);
+  matrix_.analyse(static_cast<int>(moving.size()), pairs_);
   for (Point& point : points_)
     for (std::size_t a = 0; a < 2; ++a)
       for (std::size_t b = 0; b < 2; ++b)
@@ -240,13 +240,12 @@ double ProximalNewton::solve(std::span<const SolverBody> bodies, std::span<const
   weight_ = kFirstWeight;
   left_ = static_cast<int>(std::min(kMostFactors, factors));
   best_.resize(points_.size());
-  std::vector<double> begin = y_;
   for (int step = 0; step < kMostSteps && left_ > 0 && !gives_up(); ++step) {
-    begin = y_;
+    begin_ = y_;
     if (!find_motion(fine, gives_up)) {
       if (!(weight_ > kLeastWeight)) break;
       weight_ = std::max(kLeastWeight, kShrinks * weight_);
-      y_ = begin;
+      y_ = begin_;
       continue;
     }
     std::ranges::fill(y_, 0.0);

@@ -1,6 +1,7 @@
 // Contact of an island by Newton's method, for islands whose sweeps converge slowly.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <vector>
@@ -56,9 +57,9 @@ class ProximalNewton {
   std::vector<Point> points_;
   std::vector<Vec3> best_;
   std::vector<int> local_;  // of each body its number in the island
-  std::vector<double> y_, tried_y_, rest_, tried_rest_, step_;
-  std::vector<double> correction_;
-  std::vector<Mat3> root_;  // of the inverse inertia of each body
+  std::vector<double> y_, begin_, tried_y_, rest_, tried_rest_, step_, correction_;
+  std::vector<std::array<int, 2>> pairs_;  // of bodies that touch
+  std::vector<Mat3> root_;                 // of the inverse inertia of each body
   BlockLu matrix_;
   double weight_ = 0;  // of s
   int solves_ = 0, left_ = 0;
