@@ -18,6 +18,7 @@
 #include "tests/bench/peer_build.h"
 #include "tests/bench/peers.h"
 #include "tests/bench/reach.h"
+#include "tests/bench/solid_steps.h"
 
 namespace sim_bench {
 namespace {
@@ -104,6 +105,10 @@ int run(int argc, char** argv) {
   printer.print(machine_table(machine));
   if (options.only_implicit) {
     printer.print(implicit_table(measure_implicit(options, registry)));
+    return 0;
+  }
+  if (options.only_solids) {
+    printer.print(solid_step_table(measure_solid_steps(options, registry)));
     return 0;
   }
   if (options.only_contact || options.only_fluid || options.only_bodies) {

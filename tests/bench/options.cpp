@@ -16,6 +16,8 @@ const char* const kUsage =
     "  --threads 1,2        numbers of threads (1,2)\n"
     "  --quick              n = 8,32,128 and shorter samples\n"
     "  --implicit           only the table of implicit steps\n"
+    "  --solids             only implicit steps of an elastic beam against a factorisation;\n"
+    "                       --quick: without 100000 nodes\n"
     "  --contact            only the table of contact against its peers\n"
     "  --fluid              only the table of a fluid against its peer\n"
     "  --fields             only first-order systems: time to accuracy against SUNDIALS and "
@@ -84,6 +86,8 @@ Options parse_options(int argc, char** argv) {
       options.format = Format::kMarkdown;
     else if (argument == "--implicit")
       options.only_implicit = true;
+    else if (argument == "--solids")
+      options.only_solids = true;
     else if (argument == "--contact")
       options.only_contact = true;
     else if (argument == "--fluid")

@@ -78,9 +78,10 @@ LinearResult ConjugateGradient::solve(const double* b, double* d, double eta) {
 }
 
 Gmres::Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<SparseLdlt> factors,
-             double stiff)
+             double stiff, bool symmetric)
     : matrix_(&matrix),
       most_(most_iterations),
+      symmetric_(symmetric),
       factors_(std::move(factors)),
       stiff_(stiff),
       r_(matrix.layout().size()),
@@ -93,6 +94,29 @@ void Gmres::precondition(const double* r) {
     factors_->divide(r, z_.data());
   else
     matrix_->precondition(r, z_.data());
+}
+
+// Conjugate gradients from d on, whose residual is r_; they end where A is not positive definite.
+// Three vectors keep what GMRES forgets when it starts anew.
+int Gmres::descend(double* d, double goal, int most) {
+  BlockMatrix& matrix = *matrix_;
+  Array &p = basis_[0], &ap = basis_[1];
+  double rz = matrix.precondition(r_.data(), z_.data());
+  std::copy_n(z_.data(), z_.size(), p.data());
+  int iterations = 0;
+  while (iterations < most && !matrix.stopped()) {
+    matrix.apply(p.data(), ap.data());
+    const double curvature = dot(p, ap);
+    if (!(curvature > 0)) break;
+    for (std::size_t i = 0; i < p.size(); ++i) d[i] += rz / curvature * p[i];
+    add_scaled(r_, -rz / curvature, ap);
+    ++iterations;
+    if (!(dot(r_, r_) > goal * goal)) break;
+    const double next = matrix.precondition(r_.data(), z_.data());
+    for (std::size_t i = 0; i < p.size(); ++i) p[i] = z_[i] + next / rz * p[i];
+    rz = next;
+  }
+  return iterations;
 }
 
 LinearResult Gmres::solve(const double* b, double* d, double eta) {
@@ -152,11 +176,17 @@ LinearResult Gmres::solve(const double* b, double* d, double eta) {
     }
     precondition(r_.data());
     for (std::size_t i = 0; i < z_.size(); ++i) d[i] += z_[i];
-    // r := b - A d
-    matrix.apply(d, z_.data());
-    for (std::size_t i = 0; i < z_.size(); ++i) r_[i] = b[i] - z_[i];
+    const auto find_residual = [&] {  // r := b - A d
+      matrix.apply(d, z_.data());
+      for (std::size_t i = 0; i < z_.size(); ++i) r_[i] = b[i] - z_[i];
+      return std::sqrt(dot(r_, r_));
+    };
     const double before = norm;
-    norm = std::sqrt(dot(r_, r_));
+    norm = find_residual();
+    if (symmetric_ && !factored_ && !matrix.restricted() && norm > goal) {
+      result.iterations += descend(d, 0.9 * goal, most_ - result.iterations);
+      norm = find_residual();
+    }
     if (!(norm < 0.99 * before)) break;
   }
   result.solved = norm <= goal;

@@ -84,21 +84,24 @@ class SparseLdlt final : public LinearSolver {
   std::vector<double> x_;
 };
 
-// For matrices that are not symmetric: GMRES(30), right-preconditioned with the 3 x 3 blocks on the
-// diagonal, or with the factors of the symmetric part, if there are any and A is stiff. Saad &
-// Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869.
+// For matrices that may not be symmetric: GMRES(30), right-preconditioned with the 3 x 3 blocks on
+// the diagonal, or with the factors of the symmetric part, if there are any and A is stiff. Saad &
+// Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869. `symmetric`: A is, and conjugate
+// gradients go on where 30 vectors do not reach.
 class Gmres final : public LinearSolver {
  public:
   Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<SparseLdlt> factors,
-        double stiff);
+        double stiff, bool symmetric = false);
   LinearResult solve(const double* b, double* d, double eta) override;
 
  private:
   static constexpr int kRestart = 30;
   void precondition(const double* r);  // z_ := about A^-1 r
+  int descend(double* d, double goal, int most);
 
   BlockMatrix* matrix_;
   int most_;
+  bool symmetric_;
   std::unique_ptr<SparseLdlt> factors_;  // null: none
   double stiff_;                         // stiffness of A from which on they are used
   bool factored_ = false;

@@ -97,8 +97,11 @@ std::unique_ptr<LinearSolver> make_unsymmetric(StageMatrix& matrix, const Partic
     if (demanded || factor_products(rows, *pairs) <= affordable)
       factors = std::make_unique<SparseLdlt>(matrix, *pairs, std::move(rows));
   }
+  const bool symmetric = std::ranges::all_of(system.other_forces(), [](const Force* force) {
+    return force->conservative() && !force->depends_on_velocity();
+  });
   return std::make_unique<Gmres>(matrix, most, std::move(factors),
-                                 demanded || options.long_steps ? 0 : kStiff);
+                                 demanded || options.long_steps ? 0 : kStiff, symmetric);
 }
 
 }  // namespace
