@@ -24,7 +24,8 @@ void RecordingFile::append(std::string_view lines) {
     why = error.text().why;
   } catch (const ClosedPipe&) {}
   failed_ = true;
-  const std::string kept = begun_ ? "its first " + counted(lines_, "line") + " are kept, and " : "";
+  const std::string first = lines_ == 1 ? "line is" : counted(lines_, "line") + " are";
+  const std::string kept = begun_ ? "its first " + first + " kept, and " : "";
   tell_("cannot write: " + name_ + ": " + why + "; " + kept + "nothing more is recorded");
 }
 

@@ -75,7 +75,8 @@ TEST_CASE("a recording for which the disk has no room is said at once, and is wh
     const std::string said = run_sim({"--record", "b.rec"}, options).err;
     const std::string text = read_text(own.path() / "b.rec");
     const auto lines = static_cast<std::size_t>(std::ranges::count(text, '\n'));
-    CHECK_THAT(said, Contains("its first " + std::to_string(lines) + " line"));
+    const std::string first = lines == 1 ? "line is" : std::to_string(lines) + " lines are";
+    CHECK_THAT(said, Contains("its first " + first + " kept"));
     fewest = std::min(fewest, lines), most = std::max(most, lines);
   }
   CHECK(fewest + 1 < most);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/collider.h"
+
 namespace sim {
 namespace {
 
