@@ -86,7 +86,10 @@ class Assembler {
     add({0x48, 0x89, 0xfb});  // mov rbx, rdi
     for (now_ = 0; now_ < code_.size(); now_ += wide_ ? 2 : 1) {
       wide_ = is_pair();
-      if (!arithmetic()) call(code_[now_]);
+      if (const int result = arithmetic(); result >= 0)
+        finish(result);
+      else
+        call(code_[now_]);
       for (std::size_t i = now_; i < now_ + (wide_ ? 2 : 1); ++i)
         writer_[code_[i].to] = static_cast<int>(i);
     }
@@ -99,7 +102,8 @@ class Assembler {
   bool is_pair() const {
     if (now_ + 1 >= code_.size()) return false;
     const Instruction &first = code_[now_], &second = code_[now_ + 1];
-    if (second.op != first.op || second.to != first.to + 1 || !is_arithmetic(first.op))
+    if (second.op != first.op || second.to != first.to + 1 ||
+        recipe(first.op).form == Recipe::kCall)
       return false;
     bool differ = false;
     for (int i = 0; i < operand_count(first.op); ++i) {
@@ -110,117 +114,99 @@ class Assembler {
     return differ;
   }
 
-  static bool is_arithmetic(Op op) {
+  // How an operation is made of the processor's.
+  struct Recipe {
+    enum Form { kCall, kChain, kMasked, kSquareRoot, kExtreme, kProductPlus, kMinusProduct };
+    Form form = kCall;
+    Opcode first{}, second{};
+    int count = 0;  // of the opcodes in a chain
+    std::size_t mask = 0;
+  };
+  static Recipe chain() { return {Recipe::kChain}; }
+  static Recipe chain(Opcode first) { return {Recipe::kChain, first, {}, 1}; }
+  static Recipe chain(Opcode first, Opcode second) { return {Recipe::kChain, first, second, 2}; }
+  static Recipe recipe(Op op) {
     switch (op) {
       case Op::kCopy:
+        return chain();
       case Op::kNegate:
+        return {Recipe::kMasked, kXor, {}, 0, kSignMask};
       case Op::kAbs:
+        return {Recipe::kMasked, kAnd, {}, 0, kSizeMask};
       case Op::kSqrt:
+        return {Recipe::kSquareRoot};
       case Op::kAdd:
+        return chain(kSum);
       case Op::kSubtract:
+        return chain(kDifference);
       case Op::kMultiply:
+        return chain(kProduct);
       case Op::kDivide:
+        return chain(kQuotient);
       case Op::kMin:
+        return {Recipe::kExtreme, kSmaller};
       case Op::kMax:
+        return {Recipe::kExtreme, kLarger};
       case Op::kProductPlus:
+        return {Recipe::kProductPlus};
       case Op::kProductMinus:
+        return chain(kProduct, kDifference);
       case Op::kMinusProduct:
+        return {Recipe::kMinusProduct};
       case Op::kSumPlus:
+        return chain(kSum, kSum);
       case Op::kSumMinus:
+        return chain(kSum, kDifference);
       case Op::kDifferencePlus:
+        return chain(kDifference, kSum);
       case Op::kDifferenceMinus:
+        return chain(kDifference, kDifference);
       case Op::kProductTimes:
+        return chain(kProduct, kProduct);
       case Op::kSumTimes:
+        return chain(kSum, kProduct);
       case Op::kDifferenceTimes:
-        return true;
+        return chain(kDifference, kProduct);
       default:
-        return false;
+        return {};
     }
   }
 
-  // False for what is no operation of the processor.
-  bool arithmetic() {
-    const Op op = code_[now_].op;
-    if (!is_arithmetic(op)) return false;
-    switch (op) {
-      case Op::kCopy:
-        finish(result({}));
-        break;
-      case Op::kNegate:
-        finish(masked(result({}), kXor, kSignMask));
-        break;
-      case Op::kAbs:
-        finish(masked(result({}), kAnd, kSizeMask));
-        break;
-      case Op::kSqrt: {
+  // The register of the result; -1: no operation of the processor.
+  int arithmetic() {
+    const Recipe made = recipe(code_[now_].op);
+    switch (made.form) {
+      case Recipe::kChain:
+        return chained(made);
+      case Recipe::kMasked:
+        return masked(chained({}), made.first, made.mask);
+      case Recipe::kSquareRoot: {
         const int from = operand(0), to = room({from});
         operate(kRoot, to, from);
-        finish(to);
-        break;
+        return to;
       }
-      case Op::kAdd:
-        finish(result({kSum}));
-        break;
-      case Op::kSubtract:
-        finish(result({kDifference}));
-        break;
-      case Op::kMultiply:
-        finish(result({kProduct}));
-        break;
-      case Op::kDivide:
-        finish(result({kQuotient}));
-        break;
-      case Op::kMin:
-        finish(extreme(kSmaller));
-        break;
-      case Op::kMax:
-        finish(extreme(kLarger));
-        break;
-      case Op::kProductPlus:
-        finish(product_plus());
-        break;
-      case Op::kProductMinus:
-        finish(result({kProduct, kDifference}));
-        break;
-      case Op::kSumPlus:
-        finish(result({kSum, kSum}));
-        break;
-      case Op::kSumMinus:
-        finish(result({kSum, kDifference}));
-        break;
-      case Op::kDifferencePlus:
-        finish(result({kDifference, kSum}));
-        break;
-      case Op::kDifferenceMinus:
-        finish(result({kDifference, kDifference}));
-        break;
-      case Op::kProductTimes:
-        finish(result({kProduct, kProduct}));
-        break;
-      case Op::kSumTimes:
-        finish(result({kSum, kProduct}));
-        break;
-      case Op::kDifferenceTimes:
-        finish(result({kDifference, kProduct}));
-        break;
-      default:  // kMinusProduct
-        finish(minus_product());
-        break;
+      case Recipe::kExtreme:
+        return extreme(made.first);
+      case Recipe::kProductPlus:
+        return product_plus();
+      case Recipe::kMinusProduct:
+        return minus_product();
+      default:
+        return -1;
     }
-    return true;
   }
 
   // (operand 0 op operand 1) op operand 2, in the register that is returned.
-  int result(std::initializer_list<Opcode> then) {
+  int chained(const Recipe& made) {
     std::array<int, 3> from;
     from.fill(operand(0));
-    for (std::size_t i = 1; i <= then.size(); ++i) from[i] = operand(static_cast<int>(i), from);
-    const bool symmetric = then.size() > 0 && (*then.begin() == kSum || *then.begin() == kProduct);
-    const int last = then.size() > 1 ? from[2] : -1;
+    for (int i = 1; i <= made.count; ++i) from[static_cast<std::size_t>(i)] = operand(i, from);
+    const bool symmetric = made.count > 0 && (made.first == kSum || made.first == kProduct);
+    const int last = made.count > 1 ? from[2] : -1;
     if (symmetric && !is_free(from[0], last) && is_free(from[1], last)) std::swap(from[0], from[1]);
     const int to = own(from[0], last, from);
-    std::size_t i = 0;
-    for (const Opcode op : then) operate(op, to, from[++i]);
+    if (made.count > 0) operate(made.first, to, from[1]);
+    if (made.count > 1) operate(made.second, to, from[2]);
     return to;
   }
 

@@ -26,9 +26,8 @@ inline double log_for_power(double x) {
 inline double power(double x, double y) { return damping(1, -y * log_for_power(x)).keep; }
 
 // A logarithm and a power of 2 for decisions, such as how long a step is: a tenth of the time of
-// power(). The error of log2 x is below 2e-9 (1 + |log2 x|), that of 2^y below 1e-8 of it.
-//
-// For normal x > 0.
+// power(). The error of log2 x is below 2e-9 (1 + |log2 x|), that of 2^y below 1e-8 of it. x is
+// normal and positive, |y| below 1000.
 inline double quick_log2(double x) {
   // x = m 2^e with m from sqrt(1/2) to sqrt(2), log m = 2 atanh(s), s = (m - 1) / (m + 1).
   constexpr std::uint64_t kRootOfHalf = 0x3fe6a09e667f3bcd;  // the bits of sqrt(1/2)
@@ -42,7 +41,6 @@ inline double quick_log2(double x) {
   return static_cast<double>(exponent) + kTwoOverLog2 * s * series;
 }
 
-// For |y| < 1000.
 inline double quick_exp2(double y) {
   // 2^y = 2^n e^z with |z| <= log(2) / 2: the series of e^z to z^7.
   const auto n = static_cast<std::int64_t>(y + (y < 0 ? -0.5 : 0.5));

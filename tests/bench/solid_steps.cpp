@@ -89,11 +89,6 @@ Matrix matrix_of(sim::Simulation& beam) {
   return blocks.matrix();
 }
 
-Times times_of(std::vector<double> seconds) {
-  std::ranges::sort(seconds);
-  return {seconds[seconds.size() / 2], seconds.front(), seconds.back()};
-}
-
 SolidStepResult measure_case(const Case& c, sim::Registry& registry) {
   sim::Simulation beam(beam_of(c, registry), registry,
                        {.integrator = {"implicit_euler", {}}, .dt = kStep});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace sim_bench {
 namespace {
@@ -25,6 +26,12 @@ double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+Times times_of(std::vector<double> samples) {
+  if (samples.empty()) return {};
+  std::ranges::sort(samples);
+  return {samples[samples.size() / 2], samples.front(), samples.back()};
+}
+
 std::vector<Times> measure(const std::vector<Contestant>& contestants,
                            const TimingOptions& options) {
   std::vector<long> counts;
@@ -37,10 +44,7 @@ std::vector<Times> measure(const std::vector<Contestant>& contestants,
       samples[i].push_back(contestants[i].run(counts[i]) / static_cast<double>(counts[i]));
 
   std::vector<Times> times;
-  for (std::vector<double>& sample : samples) {
-    std::sort(sample.begin(), sample.end());
-    times.push_back({sample[sample.size() / 2], sample.front(), sample.back()});
-  }
+  for (std::vector<double>& sample : samples) times.push_back(times_of(std::move(sample)));
   return times;
 }
 

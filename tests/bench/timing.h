@@ -18,6 +18,9 @@ struct Times {
   double median = 0, least = 0, most = 0;  // seconds a step
 };
 
+// The spread of samples; 0 of none.
+Times times_of(std::vector<double> samples);
+
 struct TimingOptions {
   int repeats = 7;
   double seconds = 0.04;  // of one repeat, at least

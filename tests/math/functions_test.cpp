@@ -79,7 +79,7 @@ TEST_CASE("quick logarithms and powers are as good as they say, from end to end"
       CHECK(std::fabs(quick_log2(x) - log) < 2e-9 * (1 + std::fabs(log)));
     }
   }
-  // Where one range of the series ends and the next begins.
+  // The ends of the ranges of both series.
   for (const double x : {std::sqrt(0.5), std::sqrt(2.0), 1.0, 2.0, 1e-300, 1e300})
     for (const double beside : {std::nextafter(x, 0), x, std::nextafter(x, HUGE_VAL)})
       CHECK(quick_log2(beside) == Approx(std::log2(beside)).margin(2e-9).epsilon(2e-9));

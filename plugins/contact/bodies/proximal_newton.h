@@ -11,10 +11,10 @@
 
 namespace sim {
 
-// With G the Jacobian of all points in the metric of the masses, y = G^T p the motion by impulses
-// p, and w(y) the velocities of the points, Coulomb's law is p = P(p - s w(y)) for any s > 0 (Alart
-// & Curnier (1991), Comput. Methods Appl. Mech. Eng. 92, 353-375): P(a)_n = max(0, a_n), and P(a)_t
-// is a_t within the friction P(a)_n.
+// Coulomb's law is p = P(p - s w(y)) for any s > 0 (Alart & Curnier (1991), Comput. Methods Appl.
+// Mech. Eng. 92, 353-375): G is the Jacobian of all points in the metric of the masses, y = G^T p
+// the motion by impulses p, w(y) the velocities of the points; P(a)_n = max(0, a_n), and P(a)_t is
+// a_t within the friction P(a)_n.
 //
 // Proximal steps, p_{k+1} = P(p_k - s w(y)) with y = G^T p_{k+1} (Rockafellar (1976), SIAM J.
 // Control Optim. 14, 877-898), solve an equation for y each, 6 numbers a body: F(y) = y - G^T P(p_k

@@ -84,9 +84,9 @@ class SparseLdlt final : public LinearSolver {
   std::vector<double> x_;
 };
 
-// For matrices that may not be symmetric: GMRES(30), right-preconditioned with the 3 x 3 blocks on
-// the diagonal, or with the factors of the symmetric part, if there are any and A is stiff. Saad &
-// Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869. `symmetric`: A is, and conjugate
+// GMRES(30), also for matrices that are not symmetric, right-preconditioned with the 3 x 3 blocks
+// on the diagonal, or with the factors of the symmetric part, if there are any and A is stiff. Saad
+// & Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869. `symmetric`: A is, and conjugate
 // gradients go on where 30 vectors do not reach.
 class Gmres final : public LinearSolver {
  public:
