@@ -187,16 +187,4 @@ void Program::run(const double* const* inputs, double* const* outputs, int count
   run_(code_.instructions, slots, (count + 7) / 8 * 8);
 }
 
-ProgramRun::ProgramRun(Program program) : program_(std::move(program)) {
-  const Code& code = program_.code_;
-  const auto stride = static_cast<std::size_t>(program_.stride_);
-  registers_ = Array(static_cast<std::size_t>(code.registers) * stride);
-  slots_.resize(static_cast<std::size_t>(code.slots()), nullptr);
-  auto slot = slots_.begin() + code.first_constant();
-  for (std::size_t at = 0; at < program_.constants_.size(); at += Program::kBlock)
-    *slot++ = program_.constants_.data() + at;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(code.registers); ++i)
-    *slot++ = registers_.data() + i * stride;
-}
-
 }  // namespace sim

@@ -48,37 +48,10 @@ class Program {
   void run(const double* const* inputs, double* const* outputs, int count) const;
 
  private:
-  friend class ProgramRun;
-
   Code code_;
   Array constants_;             // kBlock times each
   int block_ = 8, stride_ = 8;  // numbers of a register that are used; from one to the next
   RunInstructions run_ = run_instructions();
-};
-
-// A program with memory of its own, for one who runs it again and again: Program::run() makes the
-// list of slots anew each time.
-class ProgramRun {
- public:
-  ProgramRun() = default;
-  explicit ProgramRun(Program program);
-
-  const Program& program() const { return program_; }
-  // The arrays that the next runs read and write; as in Program::run().
-  void input(int i, const double* numbers) {
-    slots_[static_cast<std::size_t>(i)] = const_cast<double*>(numbers);
-  }
-  void output(int i, double* numbers) {
-    slots_[static_cast<std::size_t>(program_.code_.inputs + i)] = numbers;
-  }
-  void run(int count) {
-    program_.run_(program_.code_.instructions, slots_.data(), (count + 7) / 8 * 8);
-  }
-
- private:
-  Program program_;
-  Array registers_;
-  std::vector<double*> slots_;
 };
 
 }  // namespace sim

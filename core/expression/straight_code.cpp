@@ -5,37 +5,18 @@
 #include <cstring>
 #include <utility>
 
-#if defined(__x86_64__) && defined(__linux__)
-#define SIM_WRITES_CODE 1
-#include <sys/mman.h>
-#endif
+#include "core/expression/x86_code.h"
 
 namespace sim {
 
 #ifdef SIM_WRITES_CODE
 namespace {
 
+using x86::Opcode, x86::Recipe;
 using Bytes = std::vector<unsigned char>;
 
-// Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2: F2 0F op is an operation
-// of doubles on the low half of a register xmm0 .. xmm15, 66 0F op one on both halves.
-enum Opcode : unsigned char {
-  kLoad = 0x10,
-  kStore = 0x11,
-  kLoadHigh = 0x16,  // 66 only
-  kUnpackLow = 0x14,
-  kUnpackHigh = 0x15,
-  kRoot = 0x51,
-  kAnd = 0x54,
-  kOr = 0x56,
-  kXor = 0x57,
-  kSum = 0x58,
-  kProduct = 0x59,
-  kDifference = 0x5c,
-  kSmaller = 0x5d,
-  kQuotient = 0x5e,
-  kLarger = 0x5f
-};
+// F2 0F op is an operation on the low half of a register xmm0 .. xmm15, 66 0F op one on both
+// halves.
 constexpr unsigned char kLow = 0xf2, kBoth = 0x66;                 // prefixes
 constexpr std::size_t kSignMask = 0, kSizeMask = 16, kEntry = 32;  // places in the code
 
@@ -103,7 +84,7 @@ class Assembler {
     if (now_ + 1 >= code_.size()) return false;
     const Instruction &first = code_[now_], &second = code_[now_ + 1];
     if (second.op != first.op || second.to != first.to + 1 ||
-        recipe(first.op).form == Recipe::kCall)
+        x86::recipe(first.op).form == Recipe::kCall)
       return false;
     bool differ = false;
     for (int i = 0; i < operand_count(first.op); ++i) {
@@ -114,75 +95,17 @@ class Assembler {
     return differ;
   }
 
-  // How an operation is made of the processor's.
-  struct Recipe {
-    enum Form { kCall, kChain, kMasked, kSquareRoot, kExtreme, kProductPlus, kMinusProduct };
-    Form form = kCall;
-    Opcode first{}, second{};
-    int count = 0;  // of the opcodes in a chain
-    std::size_t mask = 0;
-  };
-  static Recipe chain() { return {Recipe::kChain}; }
-  static Recipe chain(Opcode first) { return {Recipe::kChain, first, {}, 1}; }
-  static Recipe chain(Opcode first, Opcode second) { return {Recipe::kChain, first, second, 2}; }
-  static Recipe recipe(Op op) {
-    switch (op) {
-      case Op::kCopy:
-        return chain();
-      case Op::kNegate:
-        return {Recipe::kMasked, kXor, {}, 0, kSignMask};
-      case Op::kAbs:
-        return {Recipe::kMasked, kAnd, {}, 0, kSizeMask};
-      case Op::kSqrt:
-        return {Recipe::kSquareRoot};
-      case Op::kAdd:
-        return chain(kSum);
-      case Op::kSubtract:
-        return chain(kDifference);
-      case Op::kMultiply:
-        return chain(kProduct);
-      case Op::kDivide:
-        return chain(kQuotient);
-      case Op::kMin:
-        return {Recipe::kExtreme, kSmaller};
-      case Op::kMax:
-        return {Recipe::kExtreme, kLarger};
-      case Op::kProductPlus:
-        return {Recipe::kProductPlus};
-      case Op::kProductMinus:
-        return chain(kProduct, kDifference);
-      case Op::kMinusProduct:
-        return {Recipe::kMinusProduct};
-      case Op::kSumPlus:
-        return chain(kSum, kSum);
-      case Op::kSumMinus:
-        return chain(kSum, kDifference);
-      case Op::kDifferencePlus:
-        return chain(kDifference, kSum);
-      case Op::kDifferenceMinus:
-        return chain(kDifference, kDifference);
-      case Op::kProductTimes:
-        return chain(kProduct, kProduct);
-      case Op::kSumTimes:
-        return chain(kSum, kProduct);
-      case Op::kDifferenceTimes:
-        return chain(kDifference, kProduct);
-      default:
-        return {};
-    }
-  }
-
   // The register of the result; -1: no operation of the processor.
   int arithmetic() {
-    const Recipe made = recipe(code_[now_].op);
+    const Recipe made = x86::recipe(code_[now_].op);
     switch (made.form) {
       case Recipe::kChain:
         return chained(made);
       case Recipe::kMasked:
-        return masked(chained({}), made.first, made.mask);
+        return masked(chained({}), made.first, made.first == x86::kXor ? kSignMask : kSizeMask);
       case Recipe::kSquareRoot: {
         const int from = operand(0), to = room({from});
-        operate(kRoot, to, from);
+        operate(x86::kRoot, to, from);
         return to;
       }
       case Recipe::kExtreme:
@@ -201,7 +124,7 @@ class Assembler {
     std::array<int, 3> from;
     from.fill(operand(0));
     for (int i = 1; i <= made.count; ++i) from[static_cast<std::size_t>(i)] = operand(i, from);
-    const bool symmetric = made.count > 0 && (made.first == kSum || made.first == kProduct);
+    const bool symmetric = made.count > 0 && x86::is_symmetric(made.first);
     const int last = made.count > 1 ? from[2] : -1;
     if (symmetric && !is_free(from[0], last) && is_free(from[1], last)) std::swap(from[0], from[1]);
     const int to = own(from[0], last, from);
@@ -215,13 +138,13 @@ class Assembler {
     const auto [x, y, sum, product] = product_of_operands();
     const bool grows = code_[now_].operand[2] == code_[now_].to || is_free(sum, product);
     const int to = grows ? sum : product;
-    operate(kSum, to, grows ? product : sum);
+    operate(x86::kSum, to, grows ? product : sum);
     return to;
   }
   int minus_product() {
     const auto [x, y, from, product] = product_of_operands();
     const int to = own(from, product, std::array{from, product});
-    operate(kDifference, to, product);
+    operate(x86::kDifference, to, product);
     return to;
   }
 
@@ -233,7 +156,7 @@ class Assembler {
     const int z = operand(2, {x, y});
     if (!is_free(y, z)) std::swap(x, y);
     const int product = own(y, z, std::array{x, y, z});
-    operate(kProduct, product, x);
+    operate(x86::kProduct, product, x);
     return {x, y, z, product};
   }
 
@@ -242,11 +165,11 @@ class Assembler {
   int extreme(Opcode op) {
     const int a = operand(0), b = operand(1, {a}), unordered = room({a, b});
     copy(unordered, b);
-    prefixed(wide_ ? kBoth : kLow, 0xc2, unordered, unordered);  // cmpunord
+    prefixed(wide_ ? kBoth : kLow, x86::kCompare, unordered, unordered);  // cmpunord
     add({3});
     const int to = own(b, -1, std::array{a, b, unordered});
     operate(op, to, a);
-    prefixed(kBoth, kOr, to, unordered);
+    prefixed(kBoth, x86::kOr, to, unordered);
     return to;
   }
 
@@ -361,9 +284,9 @@ class Assembler {
     const int to = room(with(busy, high));
     if (high >= 0) {
       copy(to, high);
-      prefixed(kBoth, kUnpackHigh, to, to);
+      prefixed(kBoth, x86::kUnpackHigh, to, to);
     } else {
-      load(kLow, kLoad, to, slot);
+      load(kLow, x86::kLoad, to, slot);
     }
     return holds(to, slot, Content::kOne);
   }
@@ -376,8 +299,8 @@ class Assembler {
     if (low >= 0)
       copy(to, low);
     else
-      load(kLow, kLoad, to, slot);
-    prefixed(kBoth, kUnpackLow, to, to);
+      load(kLow, x86::kLoad, to, slot);
+    prefixed(kBoth, x86::kUnpackLow, to, to);
     return holds(to, slot, Content::kTwice);
   }
 
@@ -388,12 +311,12 @@ class Assembler {
     const int to = room(with(busy, low, high));
     if (low >= 0 && high >= 0) {
       copy(to, low);
-      prefixed(kBoth, kUnpackLow, to, high);
+      prefixed(kBoth, x86::kUnpackLow, to, high);
     } else if (is_fresh(slot) || is_fresh(slot + 1)) {
-      load(kLow, kLoad, to, slot);
-      load(kBoth, kLoadHigh, to, slot + 1);
+      load(kLow, x86::kLoad, to, slot);
+      load(kBoth, x86::kLoadHigh, to, slot + 1);
     } else {
-      load(kBoth, kLoad, to, slot);
+      load(kBoth, x86::kLoad, to, slot);
       is_read(slot + 1);
     }
     return holds(to, slot, Content::kPair);
@@ -440,7 +363,8 @@ class Assembler {
     }
     at(from).used = ++clock_;
     holds(from, slot, wide_ ? Content::kPair : Content::kOne);
-    if (read_[now_] || (wide_ && read_[now_ + 1])) memory(wide_ ? kBoth : kLow, kStore, from, slot);
+    if (read_[now_] || (wide_ && read_[now_ + 1]))
+      memory(wide_ ? kBoth : kLow, x86::kStore, from, slot);
   }
 
   // --- Bytes ---
@@ -464,7 +388,7 @@ class Assembler {
          static_cast<unsigned char>(0xc0 | ((to & 7) << 3) | (from & 7))});
   }
   void copy(int to, int from) {
-    if (to != from) prefixed(kBoth, 0x28, to, from);  // movapd
+    if (to != from) prefixed(kBoth, x86::kMove, to, from);
   }
   void load(unsigned char prefix, Opcode op, int to, int slot) {
     is_read(slot);
@@ -506,41 +430,11 @@ StraightCode::StraightCode(std::vector<Instruction> code,
 #ifdef SIM_WRITES_CODE
   if (form == Form::kInterpreted || code_.empty()) return;
   const Assembler assembler(code_, live);
-  const Bytes& bytes = assembler.bytes();
-  void* const pages =
-      ::mmap(nullptr, bytes.size(), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (pages == MAP_FAILED) return;
-  std::memcpy(pages, bytes.data(), bytes.size());
-  if (::mprotect(pages, bytes.size(), PROT_READ | PROT_EXEC) != 0) {
-    ::munmap(pages, bytes.size());
-    return;
-  }
-  pages_ = pages;
-  bytes_ = bytes.size();
-  native_ = reinterpret_cast<void (*)(double*)>(static_cast<unsigned char*>(pages) + kEntry);
+  pages_ = x86::CodePages(assembler.bytes());
+  native_ = pages_.entry<void(double*)>(kEntry);
 #else
   static_cast<void>(form);
 #endif
-}
-
-StraightCode::~StraightCode() {
-#ifdef SIM_WRITES_CODE
-  if (pages_) ::munmap(pages_, bytes_);
-#endif
-}
-
-StraightCode::StraightCode(StraightCode&& other) noexcept
-    : code_(std::move(other.code_)),
-      native_(std::exchange(other.native_, nullptr)),
-      pages_(std::exchange(other.pages_, nullptr)),
-      bytes_(std::exchange(other.bytes_, 0)) {}
-
-StraightCode& StraightCode::operator=(StraightCode&& other) noexcept {
-  std::swap(code_, other.code_);
-  std::swap(native_, other.native_);
-  std::swap(pages_, other.pages_);
-  std::swap(bytes_, other.bytes_);
-  return *this;
 }
 
 }  // namespace sim

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/expression/machine.h"
+#include "core/expression/x86_code.h"
 
 namespace sim {
 
@@ -20,9 +21,6 @@ class StraightCode {
   // live: the slots that are read after a run; others may have any value then.
   StraightCode(std::vector<Instruction> code, const std::function<bool(int slot)>& live,
                Form form = Form::kFastest);
-  ~StraightCode();
-  StraightCode(StraightCode&& other) noexcept;
-  StraightCode& operator=(StraightCode&& other) noexcept;
 
   void run(double* slots) const {
     if (native_)
@@ -35,9 +33,8 @@ class StraightCode {
  private:
   std::vector<Instruction> code_;
   RunStraight interpret_ = run_straight();
-  void (*native_)(double* slots) = nullptr;  // at the start of
-  void* pages_ = nullptr;                    // of memory that may be run, not written
-  std::size_t bytes_ = 0;
+  x86::CodePages pages_;
+  void (*native_)(double* slots) = nullptr;  // in these pages
 };
 
 }  // namespace sim

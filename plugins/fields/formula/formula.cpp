@@ -12,6 +12,8 @@
 #include "core/plugin/plugin.h"
 #include "ensemble.h"
 #include "lattice.h"
+#include "lattice_program.h"
+#include "lattice_stepper.h"
 #include "straight_stepper.h"
 
 namespace {
@@ -20,9 +22,7 @@ using sim::Formulas;
 using sim::Lattice;
 using sim::LatticeEdge;
 using sim::List;
-using sim::Program;
 
-constexpr int kBlock = Program::kBlock;
 const char* const kOwner = "field 'formula'";
 const std::vector<std::string> kParams = {"formulas", "names", "cells", "boundary"};
 
@@ -155,11 +155,10 @@ class FormulaField final : public sim::PairField {
                  sim::shortest(wanted),
              "give state as many numbers: all names of the first cell, then of the next one");
     size_ = size;
-    Lattice::Index extents{1, 1, 1}, reach{};
-    std::copy_backward(cells_.begin(), cells_.end(), extents.end());
-    for (const Lattice::Index& offset : offsets_)
+    Lattice::Index reach{};
+    for (const Lattice::Index& offset : neighbours_.offsets)
       for (std::size_t k = 0; k < 3; ++k) reach[k] = std::max(reach[k], std::abs(offset[k]));
-    lattice_ = Lattice(static_cast<int>(names_.size()), extents, reach, edge_);
+    lattice_ = Lattice(static_cast<int>(names_.size()), cells_, reach, edge_);
     straight_ = lattice_.cells() == 1;
     bind_programs();
     find_entries();
@@ -188,8 +187,9 @@ class FormulaField final : public sim::PairField {
       slopes_straight_.run(t, x, dxdt.data());
       return;
     }
-    for_blocks(slopes_run_, t, x, [&](std::ptrdiff_t begin, int count) {
-      lattice_.store(results_.data(), begin, count, dxdt.data());
+    rows_.load(lattice_, x.data());
+    slopes_.run(lattice_, t, rows_, [&](int slab, int row, const double* results) {
+      lattice_.store_row(results, slab, row, dxdt.data());
     });
   }
 
@@ -203,24 +203,26 @@ class FormulaField final : public sim::PairField {
       return;
     }
     std::ranges::fill(values, 0.0);
-    // The entries are ordered by the places of their cells.
+    rows_.load(lattice_, x.data());
     const std::size_t many = entries_.size();
-    std::size_t cell = 0;
-    for_blocks(jacobian_run_, t, x, [&](std::ptrdiff_t begin, int count) {
-      for (; cell < places_of_cells_.size() && places_of_cells_[cell] < begin + count; ++cell)
-        for (std::size_t i = 0; i < many; ++i)
-          if (const int place = places_[cell * many + i]; place >= 0)
-            values[static_cast<std::size_t>(place)] +=
-                jacobian_results_[i * kBlock +
-                                  static_cast<std::size_t>(places_of_cells_[cell] - begin)];
+    jacobian_.run(lattice_, t, rows_, [&](int slab, int row, const double* results) {
+      const int* place =
+          places_.data() + static_cast<std::size_t>(lattice_.first_cell(slab, row)) * many;
+      for (int i = 0; i < lattice_.length(); ++i) {
+        const double* result = results + i;
+        for (std::size_t entry = 0; entry < many; ++entry, ++place, result += lattice_.pitch())
+          if (*place >= 0) values[static_cast<std::size_t>(*place)] += *result;
+      }
     });
   }
 
   std::unique_ptr<sim::Stepper> explicit_stepper(const sim::ExplicitPlan& plan) const override {
-    if (!straight_ || plan.precision == sim::Precision::kSingle ||
-        !sim::StraightStepper::fits(code_, plan))
-      return nullptr;
-    return std::make_unique<sim::StraightStepper>(code_, plan, beside_);
+    if (plan.precision == sim::Precision::kSingle) return nullptr;
+    if (straight_ && sim::StraightStepper::fits(code_, plan))
+      return std::make_unique<sim::StraightStepper>(code_, plan, beside_);
+    if (!straight_ && sim::LatticeStepper::fits(code_, plan))
+      return std::make_unique<sim::LatticeStepper>(lattice_, neighbours_, code_, plan);
+    return nullptr;
   }
 
   bool may_step_side_by_side() const override { return straight_; }
@@ -283,11 +285,8 @@ class FormulaField final : public sim::PairField {
 
   void compile(Formulas& formulas) {
     for (const sim::Neighbour& neighbour : formulas.neighbours()) {
-      Lattice::Index offset{};
-      std::copy_n(neighbour.offset.begin(), cells_.size(),
-                  offset.end() - static_cast<std::ptrdiff_t>(cells_.size()));
-      offsets_.push_back(offset);
-      neighbours_.push_back(neighbour.input);
+      neighbours_.offsets.push_back(Lattice::offset({neighbour.offset.data(), cells_.size()}));
+      neighbours_.names.push_back(neighbour.input);
     }
     std::vector<int> derivatives;
     const int zero = formulas.graph.number(0);
@@ -299,17 +298,12 @@ class FormulaField final : public sim::PairField {
         const int other = input - static_cast<int>(time_input()) - 1;
         entries_.push_back(
             {static_cast<int>(formula),
-             other < 0 ? input : neighbours_[static_cast<std::size_t>(other)],
-             other < 0 ? Lattice::Index{} : offsets_[static_cast<std::size_t>(other)]});
+             other < 0 ? input : neighbours_.names[static_cast<std::size_t>(other)],
+             other < 0 ? Lattice::Index{} : neighbours_.offsets[static_cast<std::size_t>(other)]});
         derivatives.push_back(slope);
       }
     code_ = sim::Code(formulas.graph, roots_, formulas.inputs());
     jacobian_code_ = sim::Code(formulas.graph, derivatives, formulas.inputs());
-    double cells = 1;
-    for (const int count : cells_) cells *= count;
-    if (cells == 1) return;
-    slopes_run_ = sim::ProgramRun(formulas.compile(roots_));
-    jacobian_run_ = sim::ProgramRun(formulas.compile(derivatives));
   }
 
   void bind_programs() {
@@ -319,17 +313,9 @@ class FormulaField final : public sim::PairField {
       jacobian_results_ = sim::Array(entries_.size());
       return;
     }
-    times_ = sim::Array(kBlock);
-    slopes_ = sim::Array(names_.size() * kBlock);
-    jacobian_results_ = sim::Array(entries_.size() * kBlock);
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      results_.push_back(slopes_.data() + i * kBlock);
-      slopes_run_.output(static_cast<int>(i), slopes_.data() + i * kBlock);
-    }
-    for (std::size_t i = 0; i < entries_.size(); ++i)
-      jacobian_run_.output(static_cast<int>(i), jacobian_results_.data() + i * kBlock);
-    for (sim::ProgramRun* const run : {&slopes_run_, &jacobian_run_})
-      run->input(static_cast<int>(time_input()), times_.data());
+    rows_ = sim::LatticeRows(lattice_, lattice_.names(), lattice_.slabs(), lattice_.reach()[0]);
+    slopes_ = sim::LatticeEvaluation(lattice_, neighbours_, code_);
+    jacobian_ = sim::LatticeEvaluation(lattice_, neighbours_, jacobian_code_);
   }
 
   // The matrix entries of all cells; -1: the derivative by a number that never changes.
@@ -345,52 +331,28 @@ class FormulaField final : public sim::PairField {
     sparsity_ = sim::Sparsity(cells * names, std::move(pairs));
     for (const auto& [column, row] : own)
       places_.push_back(column < 0 ? -1 : sparsity_.find(column, row));
-    if (straight_) return;
-    for (int cell = 0; cell < cells; ++cell) places_of_cells_.push_back(lattice_.place(cell));
-  }
-
-  // Runs a program over all places from the first cell to the last, and calls
-  // visit(first place, count) behind each block.
-  template <class Visit>
-  void for_blocks(sim::ProgramRun& run, double t, std::span<const double> x,
-                  const Visit& visit) const {
-    lattice_.load(x.data());
-    std::fill_n(times_.data(), kBlock, t);
-    const int block = run.program().block();
-    for (std::ptrdiff_t at = lattice_.first(); at < lattice_.end(); at += block) {
-      const int count = static_cast<int>(std::min<std::ptrdiff_t>(block, lattice_.end() - at));
-      for (int name = 0; name < lattice_.names(); ++name)
-        run.input(name, lattice_.array(name) + at);
-      for (std::size_t i = 0; i < neighbours_.size(); ++i)
-        run.input(static_cast<int>(time_input() + 1 + i),
-                  lattice_.array(neighbours_[i]) + at + lattice_.distance(offsets_[i]));
-      run.run(count);
-      visit(at, count);
-    }
   }
 
   std::vector<std::string> names_;
   std::vector<int> cells_;  // in each direction; none: a single one
   LatticeEdge edge_;
   std::vector<int> roots_;
-  std::vector<int> neighbours_;  // names
-  std::vector<Lattice::Index> offsets_;
+  sim::LatticeNeighbours neighbours_;
   std::vector<Entry> entries_;
   sim::Code code_, jacobian_code_;
   std::size_t size_ = 0;
+  Lattice lattice_;
   bool straight_ = false;  // a single cell: numbers, no vectors
 
   sim::Sparsity sparsity_;
-  std::vector<int> places_;  // in its values, cell by cell
-  std::vector<std::ptrdiff_t> places_of_cells_;
+  std::vector<int> places_;  // in its values, of the entries of each cell
 
   // The work space of an evaluation.
-  mutable Lattice lattice_;
-  mutable sim::ProgramRun slopes_run_, jacobian_run_;
+  mutable sim::LatticeRows rows_;
+  mutable sim::LatticeEvaluation slopes_, jacobian_;
   mutable Straight slopes_straight_, jacobian_straight_;
   mutable sim::EnsembleLane beside_;
-  mutable sim::Array times_, slopes_, jacobian_results_;
-  std::vector<double*> results_;
+  mutable sim::Array jacobian_results_;
 };
 
 }  // namespace

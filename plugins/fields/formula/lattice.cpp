@@ -1,47 +1,33 @@
 #include "lattice.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace sim {
+namespace {
 
-Lattice::Lattice(int names, const Index& extents, const Index& reach, LatticeEdge edge)
-    : names_(names), extents_(extents), reach_(reach), edge_(std::move(edge)) {
-  constexpr std::size_t kBehind = 8;  // places that vectors may read
-  pitch_ = {extents[1] + 2 * reach[1], extents[2] + 2 * reach[2]};
-  const auto places = static_cast<std::size_t>(extents[0] + 2 * reach[0]) *
-                      static_cast<std::size_t>(pitch_[0]) * static_cast<std::size_t>(pitch_[1]);
-  for (int name = 0; name < names; ++name) {
-    Array& array = arrays_.emplace_back(places + kBehind);
-    if (edge_.kind == LatticeEdge::Kind::kValues && !edge_.values.empty())
-      std::fill_n(array.data(), places, edge_.values[static_cast<std::size_t>(name)]);
-  }
-  int cell = 0;
-  for (int i = 0; i < extents[0]; ++i)
-    for (int j = 0; j < extents[1]; ++j, cell += extents[2])
-      rows_.push_back({place_of({i, j, 0}), cell});
-  if (edge_.kind == LatticeEdge::Kind::kValues) return;
+// Vectors of eight begin on a cache line and may end behind the last cell.
+std::ptrdiff_t whole_vectors(int count) { return (std::ptrdiff_t{count} + 7) / 8 * 8; }
 
-  for (int i = -reach[0]; i < extents[0] + reach[0]; ++i)
-    for (int j = -reach[1]; j < extents[1] + reach[1]; ++j)
-      for (int k = -reach[2]; k < extents[2] + reach[2]; ++k) {
-        const Index from{folded(i, 0), folded(j, 1), folded(k, 2)};
-        if (from == Index{i, j, k}) continue;
-        const std::ptrdiff_t to = place_of({i, j, k}), source = place_of(from);
-        if (!runs_.empty()) {
-          Run& last = runs_.back();
-          const auto count = static_cast<std::ptrdiff_t>(last.count);
-          if (last.to + count == to && last.from + count == source) {
-            ++last.count;
-            continue;
-          }
-        }
-        runs_.push_back({to, source, 1});
-      }
+int modulo(int number, int by) { return (number % by + by) % by; }
+
+}  // namespace
+
+Lattice::Index Lattice::offset(std::span<const int> numbers) {
+  Index all{};
+  if (numbers.size() > 1) all[0] = numbers.front();
+  if (numbers.size() > 2) all[1] = numbers[1];
+  all[2] = numbers.back();
+  return all;
 }
 
-std::ptrdiff_t Lattice::place_of(const Index& cell) const {
-  return distance({cell[0] + reach_[0], cell[1] + reach_[1], cell[2] + reach_[2]});
+Lattice::Lattice(int names, std::span<const int> cells, const Index& reach, LatticeEdge edge)
+    : names_(names), extents_{1, 1, 1}, reach_(reach), edge_(std::move(edge)) {
+  if (!cells.empty())
+    for (std::size_t k = 0; k < 3; ++k) extents_[k] = std::max(offset(cells)[k], 1);
+  lead_ = whole_vectors(reach[2]);
+  pitch_ = lead_ + whole_vectors(length() + reach[2]);
+  for (int i = 1; i <= reach[2]; ++i)
+    for (const int to : {-i, length() - 1 + i}) ghosts_.emplace_back(to, folded(to, 2));
 }
 
 int Lattice::folded(int index, int direction) const {
@@ -49,9 +35,9 @@ int Lattice::folded(int index, int direction) const {
   if (index >= 0 && index < extent) return index;
   switch (edge_.kind) {
     case LatticeEdge::Kind::kPeriodic:
-      return (index % extent + extent) % extent;
+      return modulo(index, extent);
     case LatticeEdge::Kind::kMirror: {
-      const int twice = (index % (2 * extent) + 2 * extent) % (2 * extent);
+      const int twice = modulo(index, 2 * extent);
       return twice < extent ? twice : 2 * extent - 1 - twice;
     }
     default:
@@ -60,7 +46,8 @@ int Lattice::folded(int index, int direction) const {
 }
 
 int Lattice::neighbour(int cell, const Index& offset) const {
-  const Index at = index_of(cell);
+  const Index at{cell / (extents_[1] * extents_[2]), cell / extents_[2] % extents_[1],
+                 cell % extents_[2]};
   int result = 0;
   for (int d = 0; d < 3; ++d) {
     const auto k = static_cast<std::size_t>(d);
@@ -71,50 +58,72 @@ int Lattice::neighbour(int cell, const Index& offset) const {
   return result;
 }
 
-void Lattice::load(const double* state) {
-  const auto length = static_cast<std::size_t>(extents_[2]);
-  const auto names = static_cast<std::size_t>(names_);
-  for (const Row& row : rows_) {
-    const double* const from = state + static_cast<std::size_t>(row.cell) * names;
-    if (names == 1) {
-      std::copy_n(from, length, arrays_[0].data() + row.place);
-    } else if (names == 2) {
-      kernels_.split(from, arrays_[0].data() + row.place, arrays_[1].data() + row.place, length);
-    } else {
-      for (std::size_t name = 0; name < names; ++name) {
-        double* const to = arrays_[name].data() + row.place;
-        for (std::size_t i = 0; i < length; ++i) to[i] = from[i * names + name];
-      }
-    }
+void Lattice::load_row(const double* state, int slab, int row, double* to) const {
+  const auto count = static_cast<std::size_t>(length()), names = static_cast<std::size_t>(names_);
+  const double* const from = state + static_cast<std::size_t>(first_cell(slab, row)) * names;
+  if (names == 1) {
+    std::copy_n(from, count, to);
+  } else if (names == 2) {
+    kernels_.split(from, to, to + pitch_, count);
+  } else {
+    for (std::size_t name = 0; name < names; ++name, to += pitch_)
+      for (std::size_t i = 0; i < count; ++i) to[i] = from[i * names + name];
   }
-  for (Array& array : arrays_)
-    for (const Run& run : runs_)
-      std::copy_n(array.data() + run.from, run.count, array.data() + run.to);
 }
 
-void Lattice::store(const double* const* values, std::ptrdiff_t begin, int count,
-                    double* state) const {
-  const auto names = static_cast<std::size_t>(names_);
-  const std::ptrdiff_t end = begin + count;
-  auto row = std::ranges::upper_bound(rows_, begin, {}, &Row::place);
-  if (row != rows_.begin()) --row;
-  for (; row != rows_.end() && row->place < end; ++row) {
-    const std::ptrdiff_t first = std::max(begin, row->place);
-    const std::ptrdiff_t last = std::min(end, row->place + extents_[2]);
-    if (last <= first) continue;
-    const auto length = static_cast<std::size_t>(last - first);
-    const std::ptrdiff_t cell = row->cell + (first - row->place), from = first - begin;
-    double* const to = state + static_cast<std::size_t>(cell) * names;
-    if (names == 1) {
-      std::copy_n(values[0] + from, length, to);
-    } else if (names == 2) {
-      kernels_.join(values[0] + from, values[1] + from, to, length);
-    } else {
-      for (std::size_t name = 0; name < names; ++name)
-        for (std::size_t i = 0; i < length; ++i)
-          to[i * names + name] = values[name][from + static_cast<std::ptrdiff_t>(i)];
-    }
+void Lattice::store_row(const double* from, int slab, int row, double* state) const {
+  const auto count = static_cast<std::size_t>(length()), names = static_cast<std::size_t>(names_);
+  double* const to = state + static_cast<std::size_t>(first_cell(slab, row)) * names;
+  if (names == 1) {
+    std::copy_n(from, count, to);
+  } else if (names == 2) {
+    kernels_.join(from, from + pitch_, to, count);
+  } else {
+    for (std::size_t name = 0; name < names; ++name, from += pitch_)
+      for (std::size_t i = 0; i < count; ++i) to[i * names + name] = from[i];
   }
+}
+
+void Lattice::fill_ghosts(double* row) const {
+  for (std::size_t name = 0; name < static_cast<std::size_t>(names_); ++name, row += pitch_)
+    for (const auto& [to, from] : ghosts_) row[to] = from < 0 ? edge_.values[name] : row[from];
+}
+
+void Lattice::fill_with_edge(double* row) const {
+  for (std::size_t name = 0; name < edge_.values.size(); ++name)
+    std::fill_n(row - lead_ + static_cast<std::ptrdiff_t>(name) * pitch_, pitch_,
+                edge_.values[name]);
+}
+
+LatticeRows::LatticeRows(const Lattice& lattice, int names, int kept, int margin)
+    : margin_(margin), reach_(lattice.reach()[1]) {
+  const std::ptrdiff_t row = lattice.pitch() * names, slab = row * lattice.rows();
+  const bool goes_on = lattice.edge() == LatticeEdge::Kind::kPeriodic && kept < lattice.slabs();
+  for (int i = -margin; i < lattice.slabs() + margin; ++i) {
+    const int at = goes_on ? i : lattice.folded(i, 0);
+    slabs_.push_back(at < 0 && !goes_on ? -1 : lattice.lead() + slab * modulo(at, kept));
+  }
+  for (int j = -reach_; j < lattice.rows() + reach_; ++j) {
+    const int at = lattice.folded(j, 1);
+    rows_.push_back(at < 0 ? -1 : row * at);
+  }
+  const bool has_edge = names == lattice.names();
+  numbers_ = Array(static_cast<std::size_t>(slab * kept + (has_edge ? row : 0)));
+  edge_ = slab * kept + lattice.lead();
+  if (has_edge) lattice.fill_with_edge(numbers_.data() + edge_);
+}
+
+void LatticeRows::load(const Lattice& lattice, const double* state) {
+  for (int i = 0; i < lattice.slabs(); ++i)
+    for (int j = 0; j < lattice.rows(); ++j) {
+      lattice.load_row(state, i, j, row(i, j));
+      lattice.fill_ghosts(row(i, j));
+    }
+}
+
+void LatticeRows::store(const Lattice& lattice, double* state) {
+  for (int i = 0; i < lattice.slabs(); ++i)
+    for (int j = 0; j < lattice.rows(); ++j) lattice.store_row(row(i, j), i, j, state);
 }
 
 }  // namespace sim

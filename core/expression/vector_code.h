@@ -1,0 +1,63 @@
+// Instructions on arrays of numbers, run over a range of their elements: the right-hand sides of
+// the cells of a lattice.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/base/array.h"
+#include "core/expression/machine.h"
+#include "core/expression/x86_code.h"
+
+namespace sim {
+
+// On machines with AVX2 the instructions become a loop of machine code over four elements at a
+// time, in which values stay in registers. Elsewhere, and if an instruction is an elementary
+// function, each is interpreted for a block of elements. The bits are the same: every operation is
+// rounded alone.
+class VectorCode {
+ public:
+  enum class Form { kFastest, kInterpreted };
+
+  // A slot of the instructions.
+  struct Slot {
+    enum class Kind {
+      kValue,   // of one element, from one instruction to the next
+      kNumber,  // the same for all elements; instructions only read it
+      kArray    // of element i the number i + distance of an array
+    };
+    Kind kind = Kind::kValue;
+    int array = 0;
+    std::ptrdiff_t distance = 0;
+    double number = 0;
+  };
+
+  VectorCode() = default;
+  // Two slots that are the same place of an array must be the same slot, unless both are only read.
+  VectorCode(std::vector<Instruction> code, std::vector<Slot> slots, Form form = Form::kFastest);
+
+  void set_number(int slot, double number);
+
+  // Runs the instructions for the elements 0 to count - 1. Arrays may be read and written up to the
+  // next multiple of 8 elements. Arrays that no slot names may be null. Allocates nothing.
+  void run(double* const* arrays, int count);
+
+  bool is_native() const { return native_ != nullptr; }
+
+ private:
+  using Native = void(double* const* arrays, double* numbers, std::ptrdiff_t bytes);
+
+  void interpret(double* const* arrays, int count);
+
+  std::vector<Instruction> code_;
+  std::vector<Slot> slots_;
+  std::size_t stride_ = 0;  // from one number or value to the next
+  Array memory_;            // of numbers, each repeated for all elements of a block, and values
+  int block_ = 0;           // elements that are interpreted at a time
+  std::vector<double*> addresses_;
+  RunInstructions interpret_ = run_instructions();
+  x86::CodePages pages_;
+  Native* native_ = nullptr;  // in these pages
+};
+
+}  // namespace sim
