@@ -1,6 +1,14 @@
 #include "core/expression/machine.h"
 
+#include "core/base/error.h"
+
 namespace sim {
+
+void refuse_large_code() {
+  throw Error(ErrorKind::kScene,
+              {"bad expression", "", "it and its derivatives need too much memory at a time",
+               "write a force of your own, see plugins/README.md"});
+}
 
 double evaluate(Op op, double a, double b, double c) {
   constexpr int kCount = 8;

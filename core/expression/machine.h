@@ -29,6 +29,9 @@ RunInstructions run_instructions();
 using RunStraight = void (*)(std::span<const Instruction> code, double* slots);
 RunStraight run_straight();
 
+// Throws Error{kScene}: formulas have more numbers than instructions can name.
+[[noreturn]] void refuse_large_code();
+
 // One operation on single numbers, with the same bits.
 double evaluate(Op op, double a, double b = 0, double c = 0);
 

@@ -2,23 +2,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "core/base/assert.h"
-#include "core/base/error.h"
 
 namespace sim {
 namespace {
-
-constexpr std::size_t kScratch = 8192;    // numbers in registers, on the stack
-constexpr std::size_t kMostSlots = 2048;  // of a program that runs blocks
-
-[[noreturn]] void too_large() {
-  throw Error(ErrorKind::kScene,
-              {"bad expression", "", "it and its derivatives need too much memory at a time",
-               "write a force of your own, see plugins/README.md"});
-}
 
 // Numbers registers so that each is free again after its value was read for the last time.
 class Registers {
@@ -160,31 +149,26 @@ Code::Code(const Graph& graph, std::span<const int> roots, int input_count)
                               static_cast<std::uint16_t>(inputs + i),
                               {static_cast<std::uint16_t>(from), 0, 0}});
   registers = free.count();
-  if (slots() > std::numeric_limits<std::uint16_t>::max()) too_large();
+  if (slots() > std::numeric_limits<std::uint16_t>::max()) refuse_large_code();
 }
 
 Program::Program(const Graph& graph, std::span<const int> outputs, int inputs)
-    : code_(graph, outputs, inputs), constants_(code_.constants.size() * kBlock) {
-  for (std::size_t i = 0; i < constants_.size(); ++i) constants_[i] = code_.constants[i / kBlock];
-  const std::size_t each =
-      kScratch / static_cast<std::size_t>(std::max(code_.registers, 1)) / 8 * 8;
-  if (each < 8 || static_cast<std::size_t>(code_.slots()) > kMostSlots) too_large();
-  block_ = static_cast<int>(std::min(each, static_cast<std::size_t>(kBlock)));
-  // Registers a multiple of 4 KiB apart would wait for each other.
-  stride_ = each > static_cast<std::size_t>(block_) ? block_ + 8 : block_;
+    : code_(graph, outputs, inputs) {
+  using Slot = VectorCode::Slot;
+  std::vector<Slot> slots;
+  for (int i = 0; i < code_.first_constant(); ++i) slots.push_back({Slot::Kind::kArray, i, 0, 0});
+  for (const double constant : code_.constants)
+    slots.push_back({Slot::Kind::kNumber, 0, 0, constant});
+  slots.resize(static_cast<std::size_t>(code_.slots()));
+  vectors_ = VectorCode(code_.instructions, std::move(slots));
 }
 
 void Program::run(const double* const* inputs, double* const* outputs, int count) const {
-  alignas(64) double scratch[kScratch];
-  double* slots[kMostSlots];
-  // Inputs and constants are only read.
-  double** slot = slots;
-  for (int i = 0; i < code_.inputs; ++i) *slot++ = const_cast<double*>(inputs[i]);
-  for (int i = 0; i < code_.outputs; ++i) *slot++ = outputs[i];
-  for (std::size_t at = 0; at < constants_.size(); at += kBlock)
-    *slot++ = const_cast<double*>(constants_.data() + at);
-  for (int i = 0; i < code_.registers; ++i) *slot++ = scratch + i * stride_;
-  run_(code_.instructions, slots, (count + 7) / 8 * 8);
+  double* arrays[VectorCode::kMostSlots];
+  // Inputs are only read.
+  for (int i = 0; i < code_.inputs; ++i) arrays[i] = const_cast<double*>(inputs[i]);
+  std::copy_n(outputs, code_.outputs, arrays + code_.inputs);
+  vectors_.run(arrays, count);
 }
 
 }  // namespace sim

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "core/base/array.h"
 #include "core/expression/graph.h"
 #include "core/expression/machine.h"
+#include "core/expression/vector_code.h"
 
 namespace sim {
 
@@ -27,31 +27,26 @@ struct Code {
   int slots() const { return first_register() + registers; }
 };
 
-// Evaluates formulas of the same inputs for many elements, a block at a time: each instruction runs
-// over the whole block, so that it is decoded once for many.
+// Evaluates formulas of the same inputs for many elements, a block at a time.
 class Program {
  public:
   static constexpr int kBlock = 128;
 
   Program() = default;
   // Code for the nodes `outputs`; it reads inputs 0 to `inputs` - 1. Throws Error{kScene} when the
-  // formulas need more memory at a time than a block of 8 has.
+  // formulas need too much memory at a time.
   Program(const Graph& graph, std::span<const int> outputs, int inputs);
 
-  // Most elements of one run; a multiple of 8, at most kBlock.
-  int block() const { return block_; }
   bool reads(int input) const { return code_.reads[static_cast<std::size_t>(input)]; }
 
-  // outputs[i][e] := formula i of inputs[...][e] for `count` <= block() elements. All arrays may be
-  // read and written up to the next multiple of 8; outputs are arrays of their own. An input that
-  // is not read may be null. Allocates nothing; any number of threads at a time.
+  // outputs[i][e] := formula i of inputs[...][e] for `count` elements. All arrays may be read and
+  // written up to the next multiple of 8; outputs are arrays of their own. An input that is not
+  // read may be null. Allocates nothing; any number of threads at a time.
   void run(const double* const* inputs, double* const* outputs, int count) const;
 
  private:
   Code code_;
-  Array constants_;             // kBlock times each
-  int block_ = 8, stride_ = 8;  // numbers of a register that are used; from one to the next
-  RunInstructions run_ = run_instructions();
+  VectorCode vectors_;  // its arrays: inputs, then outputs
 };
 
 }  // namespace sim

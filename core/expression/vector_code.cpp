@@ -15,10 +15,10 @@
 namespace sim {
 namespace {
 
-constexpr int kLanes = 4;                 // of a register of AVX2
-constexpr int kMostBlock = 128;           // elements that are interpreted at a time
-constexpr std::ptrdiff_t kValues = 8192;  // numbers of a block, so that they stay near
-constexpr std::size_t kMasks = 2;         // numbers behind those of the slots: sign, and size
+constexpr int kLanes = 4;                  // of a register of AVX2
+constexpr int kMostBlock = 128;            // elements that are interpreted at a time
+constexpr std::ptrdiff_t kScratch = 8192;  // numbers of interpreted values, on the stack
+constexpr std::size_t kMasks = 2;          // numbers behind those of the slots: sign, and size
 
 using Kind = VectorCode::Slot::Kind;
 
@@ -29,9 +29,9 @@ namespace {
 
 using x86::Opcode, x86::Recipe;
 
-// Writes code for `void f(double* const* arrays, double* numbers, ptrdiff_t bytes)`: a loop over
-// elements, four at a time, whose bytes in an array are a multiple of 32. Instructions of AVX2 name
-// their result apart from their operands, the last of which may lie in memory.
+// Writes code for `void f(double* const* arrays, const double* numbers, ptrdiff_t bytes)`: a loop
+// over elements, four at a time, whose bytes in an array are a multiple of 32. Instructions of AVX2
+// name their result apart from their operands, the last of which may lie in memory.
 //
 // The numbers that are read most stay in registers throughout the loop, as many as make its
 // accesses to memory the fewest. A value that has no register left is written to memory; the one
@@ -40,7 +40,12 @@ class LoopAssembler {
  public:
   LoopAssembler(std::span<const Instruction> code, std::span<const VectorCode::Slot> slots,
                 std::size_t stride)
-      : code_(code), slots_(slots), stride_(stride), in_memory_(slots.size()), uses_(slots.size()) {
+      : code_(code),
+        slots_(slots),
+        stride_(stride),
+        in_memory_(slots.size()),
+        uses_(slots.size()),
+        spill_(slots.size()) {
     for (std::size_t i = 0; i < code.size(); ++i) {
       for (int j = 0; j < operand_count(code[i].op); ++j) use(code[i].operand[j], i, false);
       use(code[i].to, i, true);
@@ -82,6 +87,8 @@ class LoopAssembler {
   static constexpr int kRegisters = 16, kMostKept = 12, kNone = -1;
   static constexpr int kNever = std::numeric_limits<int>::max();
 
+  static constexpr std::uint32_t kSpill = 8 * kLanes;  // bytes
+
   struct Use {
     int at;  // an instruction that reads the slot first and then writes it
     bool writes;
@@ -104,9 +111,13 @@ class LoopAssembler {
     bytes_.clear();
     registers_.fill(kNone);
     for (std::size_t i = 0; i < slots_.size(); ++i) in_memory_[i] = slots_[i].kind != Kind::kValue;
+    spills_ = 0;
     const std::size_t saved =
         arrays_ <= kFirstSaved ? kFirstSaved : std::min(arrays_, kLastSaved + 1);
     for (std::size_t i = kFirstSaved; i < saved; ++i) push(kAddress[i], 0x50);
+    add({0x48, 0x81, 0xec});  // sub rsp
+    const std::size_t room = bytes_.size();
+    add_number(0);
     // The register of the list is the last that gets an address.
     for (std::size_t number = 0; number < arrays_; ++number) {
       const auto array = static_cast<std::uint32_t>(
@@ -125,6 +136,9 @@ class LoopAssembler {
     add({0x48, 0x83, 0xc2, 8 * kLanes, 0x0f, 0x85});  // add rdx, 32; jnz
     add_number(static_cast<std::uint32_t>(loop - bytes_.size() - 4));
     add({0xc5, 0xf8, 0x77});  // vzeroupper
+    add({0x48, 0x81, 0xc4});  // add rsp
+    add_number(kSpill * spills_);
+    std::copy_n(bytes_.end() - 4, 4, bytes_.begin() + static_cast<std::ptrdiff_t>(room));
     for (std::size_t i = saved; i-- > kFirstSaved;) push(kAddress[i], 0x58);
     add({0xc3});
   }
@@ -277,6 +291,7 @@ class LoopAssembler {
     }
     const int slot = registers_[index(best)];
     if (furthest != kNever && !in_memory_[index(slot)]) {
+      spill_[index(slot)] = spills_++;
       memory(x86::kStore, best, 0, slot);
       in_memory_[index(slot)] = true;
     }
@@ -337,19 +352,22 @@ class LoopAssembler {
   }
   void memory(Opcode op, int value, int first, int slot) {
     ++accesses_;
-    const bool own = index(slot) >= slots_.size() || slots_[index(slot)].kind != Kind::kArray;
     const auto low = static_cast<unsigned char>(0x80 | (value & 7) << 3);
-    if (own) {
+    const auto at = index(slot);
+    if (at >= slots_.size() || slots_[at].kind == Kind::kNumber) {
       prefix(value, first, 0);
       add({op, static_cast<unsigned char>(low | kNumbers)});
-      add_number(static_cast<std::uint32_t>(8 * stride_ * index(slot)));
+      add_number(static_cast<std::uint32_t>(8 * stride_ * at));
+    } else if (slots_[at].kind == Kind::kValue) {
+      prefix(value, first, 0);
+      add({op, static_cast<unsigned char>(low | 4), 0x24});  // rsp
+      add_number(kSpill * spill_[at]);
     } else {
-      const VectorCode::Slot& place = slots_[index(slot)];
-      const unsigned char base = kAddress[index(address_[index(place.array)])];
+      const unsigned char base = kAddress[index(address_[index(slots_[at].array)])];
       prefix(value, first, base);
       add({op, static_cast<unsigned char>(low | 4),
            static_cast<unsigned char>(kIndex << 3 | (base & 7))});
-      add_number(static_cast<std::uint32_t>(8 * place.distance));
+      add_number(static_cast<std::uint32_t>(8 * slots_[at].distance));
     }
   }
   // VEX.256.66.0F.
@@ -365,6 +383,8 @@ class LoopAssembler {
   std::size_t arrays_ = 0;              // that have addresses
   std::vector<bool> in_memory_;         // the value of each slot
   std::vector<std::vector<Use>> uses_;  // of each slot, in order
+  std::vector<std::uint32_t> spill_;    // of each slot, its place on the stack
+  std::uint32_t spills_ = 0;
   std::vector<unsigned char> bytes_;
   std::size_t now_ = 0;
   std::array<int, kRegisters> registers_{};  // slots
@@ -388,6 +408,8 @@ bool may_be_native(std::span<const Instruction> code, std::span<const VectorCode
 VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Slot> slots,
                        [[maybe_unused]] Form form)
     : code_(std::move(code)), slots_(std::move(slots)), stride_(kLanes) {
+  const auto values = std::ranges::count(slots_, Kind::kValue, &Slot::kind);
+  if (slots_.size() > kMostSlots || values > kMostValues) refuse_large_code();
 #ifdef SIM_WRITES_CODE
   if (form == Form::kFastest && !code_.empty() && may_be_native(code_, slots_)) {
     const LoopAssembler assembler(code_, slots_, stride_);
@@ -396,18 +418,16 @@ VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Slot> slots,
   }
 #endif
   if (!native_) {
-    const auto values =
-        std::max<std::ptrdiff_t>(1, std::ranges::count(slots_, Kind::kValue, &Slot::kind));
-    block_ = static_cast<int>(std::clamp<std::ptrdiff_t>(kValues / values / 8 * 8, 8, kMostBlock));
-    stride_ = static_cast<std::size_t>(block_) + 8;  // multiples of 4 KiB would wait for each other
+    const std::ptrdiff_t each = kScratch / std::max<std::ptrdiff_t>(values, 1) / 8 * 8;
+    block_ = static_cast<int>(std::min<std::ptrdiff_t>(each, kMostBlock));
+    apart_ = each > block_ ? block_ + 8 : block_;  // multiples of 4 KiB would wait for each other
+    stride_ = static_cast<std::size_t>(block_);
   }
-  memory_ = Array((slots_.size() + kMasks) * stride_);
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    addresses_.push_back(memory_.data() + i * stride_);
+  numbers_ = Array((slots_.size() + kMasks) * stride_);
+  for (std::size_t i = 0; i < slots_.size(); ++i)
     if (slots_[i].kind == Kind::kNumber) set_number(static_cast<int>(i), slots_[i].number);
-  }
   const std::uint64_t sign = std::uint64_t{1} << 63;
-  double* const masks = memory_.data() + slots_.size() * stride_;
+  double* const masks = numbers_.data() + slots_.size() * stride_;
   std::fill_n(masks, stride_, std::bit_cast<double>(sign));
   std::fill_n(masks + stride_, stride_, std::bit_cast<double>(~sign));
 }
@@ -415,23 +435,34 @@ VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Slot> slots,
 void VectorCode::set_number(int slot, double number) {
   const auto at = static_cast<std::size_t>(slot);
   SIM_ASSERT(slots_[at].kind == Kind::kNumber);
-  std::fill_n(memory_.data() + at * stride_, stride_, number);
+  std::fill_n(numbers_.data() + at * stride_, stride_, number);
 }
 
-void VectorCode::run(double* const* arrays, int count) {
+void VectorCode::run(double* const* arrays, int count) const {
   if (count <= 0) return;
   if (native_)
-    native_(arrays, memory_.data(), std::ptrdiff_t{8} * ((count + kLanes - 1) / kLanes * kLanes));
+    native_(arrays, numbers_.data(), std::ptrdiff_t{8} * ((count + kLanes - 1) / kLanes * kLanes));
   else
     interpret(arrays, count);
 }
 
-void VectorCode::interpret(double* const* arrays, int count) {
+void VectorCode::interpret(double* const* arrays, int count) const {
+  alignas(64) double scratch[kScratch];
+  double* addresses[kMostSlots];
+  double* value = scratch;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {
+    if (slots_[i].kind == Kind::kNumber) {
+      addresses[i] = const_cast<double*>(numbers_.data()) + i * stride_;  // only read
+    } else if (slots_[i].kind == Kind::kValue) {
+      addresses[i] = value;
+      value += apart_;
+    }
+  }
   for (int begin = 0; begin < count; begin += block_) {
     for (std::size_t i = 0; i < slots_.size(); ++i)
       if (slots_[i].kind == Kind::kArray)
-        addresses_[i] = arrays[slots_[i].array] + slots_[i].distance + begin;
-    interpret_(code_, addresses_.data(), (std::min(block_, count - begin) + 7) / 8 * 8);
+        addresses[i] = arrays[slots_[i].array] + slots_[i].distance + begin;
+    interpret_(code_, addresses, (std::min(block_, count - begin) + 7) / 8 * 8);
   }
 }
 

@@ -34,27 +34,32 @@ class VectorCode {
 
   VectorCode() = default;
   // Two slots that are the same place of an array must be the same slot, unless both are only read.
+  // Throws Error{kScene} if there are too many.
   VectorCode(std::vector<Instruction> code, std::vector<Slot> slots, Form form = Form::kFastest);
 
   void set_number(int slot, double number);
 
   // Runs the instructions for the elements 0 to count - 1. Arrays may be read and written up to the
-  // next multiple of 8 elements. Arrays that no slot names may be null. Allocates nothing.
-  void run(double* const* arrays, int count);
+  // next multiple of 8 elements; one that no instruction names may be null. Allocates nothing; any
+  // number of threads at a time.
+  void run(double* const* arrays, int count) const;
+
+  // Most slots, and most of them that are values.
+  static constexpr int kMostSlots = 2048, kMostValues = 1024;
 
   bool is_native() const { return native_ != nullptr; }
 
  private:
-  using Native = void(double* const* arrays, double* numbers, std::ptrdiff_t bytes);
+  using Native = void(double* const* arrays, const double* numbers, std::ptrdiff_t bytes);
 
-  void interpret(double* const* arrays, int count);
+  void interpret(double* const* arrays, int count) const;
 
   std::vector<Instruction> code_;
   std::vector<Slot> slots_;
-  std::size_t stride_ = 0;  // from one number or value to the next
-  Array memory_;            // of numbers, each repeated for all elements of a block, and values
-  int block_ = 0;           // elements that are interpreted at a time
-  std::vector<double*> addresses_;
+  int block_ = 0,
+      apart_ = 0;           // elements that are interpreted at a time, numbers from value to value
+  std::size_t stride_ = 0;  // from one number to the next
+  Array numbers_;           // of the slots, each as often as elements need it
   RunInstructions interpret_ = run_instructions();
   x86::CodePages pages_;
   Native* native_ = nullptr;  // in these pages

@@ -1,7 +1,6 @@
 #include "lattice_stepper.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "core/base/finite.h"
@@ -19,7 +18,8 @@ enum Own { kX, kSum, kSlopes, kOut, kOwn };
 
 bool LatticeStepper::fits(const Code& code, const ExplicitPlan& plan) {
   const int own = code.outputs * (plan.stages + 5) + 2 * plan.stages;
-  return code.slots() + own <= std::numeric_limits<std::uint16_t>::max();
+  return code.slots() + own <= VectorCode::kMostSlots &&
+         code.registers + 2 * code.outputs <= VectorCode::kMostValues;
 }
 
 LatticeStepper::LatticeStepper(const Lattice& lattice, const LatticeNeighbours& neighbours,

@@ -107,8 +107,8 @@ class OfParticles final : public sim::Force {
     double* outputs[9];
     for (int i = 0; i < 9; ++i) outputs[i] = values[i];
     std::fill(t, t + kBlock, view.t);
-    for (int begin = tile.begin; begin < tile.end; begin += program.block()) {
-      const int count = std::min(program.block(), tile.end - begin);
+    for (int begin = tile.begin; begin < tile.end; begin += kBlock) {
+      const int count = std::min(kBlock, tile.end - begin);
       for (int lane = 0; lane < kBlock; ++lane)
         m[lane] = lane < count ? view.free_mass(begin + lane) : 0;
       const double* const known[] = {view.x + begin,  view.y + begin,  view.z + begin, t, m,

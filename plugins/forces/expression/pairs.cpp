@@ -123,7 +123,7 @@ class OfPairs final : public sim::Force {
     inputs[both_.size() + 2] = rows.inverse;
     double* const outputs[] = {values};
     const sim::NeighbourBlock& block = neighbours_->blocks()[static_cast<std::size_t>(b)];
-    const int most = program.block() / 8;
+    const int most = kBlock / 8;
     for (int first = 0; first < block.length; first += most) {
       const int count = std::min(most, block.length - first);
       kernels_.measure(block, b, neighbours_->points(), first, count, cutoff_, rows);
@@ -214,7 +214,7 @@ class OfPairs final : public sim::Force {
       if (which == kUpwards && j < i) return;
       ends[many] = {i, j};
       at.take(many++, view.position(i) - view.position(j));
-      if (many == program.block()) flush();
+      if (many == kBlock) flush();
     };
     for (int i = tile.begin; i < tile.end; ++i) {
       if (neighbours_) {

@@ -239,8 +239,8 @@ class OfTies final : public sim::Force, public sim::Breakable {
     const double* inputs[2 + kMostColumns] = {at.r, t};
     for (std::size_t i = 0; i < own_.size(); ++i) inputs[i + 2] = own[i];
     double* const outputs[] = {values[0], values[1]};
-    for (int first = 0; first < all; first += program.block()) {
-      const int many = std::min(program.block(), all - first);
+    for (int first = 0; first < all; first += kBlock) {
+      const int many = std::min(kBlock, all - first);
       for (int lane = 0; lane < many; ++lane) at.take(lane, difference(view, tie_of(first + lane)));
       at.measure(many);
       for (std::size_t i = 0; i < own_.size(); ++i) {
