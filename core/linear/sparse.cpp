@@ -1,106 +1,72 @@
 #include "core/linear/sparse.h"
 
 #include <Eigen/OrderingMethods>
-#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/assert.h"
 
 namespace sim {
 
-struct SparseSymmetric::Matrices {
-  // Eigen's factorisation without its copies.
-  class Ldlt : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
-                                            Eigen::NaturalOrdering<int>> {
-   public:
-    bool factorise(const Eigen::SparseMatrix<double>& upper) {
-      factorize_preordered<true>(upper);
-      return info() == Eigen::Success && m_diag.allFinite();
-    }
-    bool positive() const { return m_diag.minCoeff() > 0; }
-    int negative() const { return static_cast<int>((m_diag.array() < 0).count()); }
-    void solve_in_place(Eigen::Map<Eigen::VectorXd> x) const {
-      matrixL().solveInPlace(x);
-      x.array() /= m_diag.array();
-      matrixU().solveInPlace(x);
-    }
-  };
+namespace {
 
-  Eigen::SparseMatrix<double> upper;
-  Ldlt ldlt;
+// A pattern by columns, of (column, row).
+struct Columns {
+  Columns(int count, std::vector<std::pair<int, int>> entries)
+      : begins(static_cast<std::size_t>(count) + 1, 0) {
+    std::ranges::sort(entries);
+    entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
+    for (const auto& [column, row] : entries) {
+      ++begins[static_cast<std::size_t>(column) + 1];
+      rows.push_back(row);
+    }
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  }
+
+  std::vector<int> begins, rows;
 };
 
-SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper)
-    : matrices_(std::make_unique<Matrices>()) {
-  std::vector<Eigen::Triplet<double>> entries;
+}  // namespace
+
+SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper) {
   SIM_ASSERT(std::ranges::all_of(upper, [rows](const auto& entry) {
     return 0 <= entry.first && entry.first <= entry.second && entry.second < rows;
   }));
-  for (const auto& [row, column] : upper) entries.emplace_back(row, column, 0.0);
-  matrices_->upper.resize(rows, rows);
-  matrices_->upper.setFromTriplets(entries.begin(), entries.end());
-  matrices_->upper.makeCompressed();
-  if (rows == 0) return;
-  matrices_->ldlt.analyzePattern(matrices_->upper);
-  for (int row = 0; row < rows; ++row) values()[static_cast<std::size_t>(entry(row, row))] = 1;
-  factorise();
+  std::vector<std::pair<int, int>> entries;
+  for (const auto& [row, column] : upper) entries.emplace_back(column, row);
+  Columns columns(rows, std::move(entries));
+  begins_ = std::move(columns.begins);
+  rows_ = std::move(columns.rows);
+  values_.resize(rows_.size(), 0);
+  factors_ = SupernodalFactors(begins_, rows_);
 }
-
-SparseSymmetric::~SparseSymmetric() = default;
 
 int SparseSymmetric::entry(int row, int column) const {
-  const int* const rows = matrices_->upper.innerIndexPtr();
-  const int* const columns = matrices_->upper.outerIndexPtr();
-  const int* const found =
-      std::lower_bound(rows + columns[column], rows + columns[column + 1], row);
-  SIM_ASSERT(found != rows + columns[column + 1] && *found == row);
-  return static_cast<int>(found - rows);
-}
-
-std::span<double> SparseSymmetric::values() {
-  return {matrices_->upper.valuePtr(), static_cast<std::size_t>(matrices_->upper.nonZeros())};
-}
-
-std::span<const double> SparseSymmetric::values() const {
-  return {matrices_->upper.valuePtr(), static_cast<std::size_t>(matrices_->upper.nonZeros())};
-}
-
-bool SparseSymmetric::factorise() {
-  return matrices_->ldlt.factorise(matrices_->upper) && matrices_->ldlt.positive();
-}
-
-bool SparseSymmetric::factorise_indefinite() { return matrices_->ldlt.factorise(matrices_->upper); }
-
-int SparseSymmetric::negative_pivots() const { return matrices_->ldlt.negative(); }
-
-void SparseSymmetric::solve(std::span<double> x) const {
-  SIM_ASSERT(static_cast<Eigen::Index>(x.size()) == matrices_->upper.rows());
-  matrices_->ldlt.solve_in_place({x.data(), static_cast<Eigen::Index>(x.size())});
+  const auto begin = rows_.begin() + begins_[static_cast<std::size_t>(column)];
+  const auto end = rows_.begin() + begins_[static_cast<std::size_t>(column) + 1];
+  const auto found = std::lower_bound(begin, end, row);
+  SIM_ASSERT(found != end && *found == row);
+  return static_cast<int>(found - rows_.begin());
 }
 
 double factor_products(std::span<const int> rows, BlockPairs pairs) {
   // The factorisation of the graph of nodes, in which every entry stands for a block.
-  class Counts : public Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Upper,
-                                              Eigen::NaturalOrdering<int>> {
-   public:
-    double squares() const { return (m_nonZerosPerCol.cast<double>().array() + 1).square().sum(); }
-  };
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<std::pair<int, int>> entries;
   int free = 0;
   for (const int row : rows)
-    if (row >= 0) entries.emplace_back(row, row, 1.0), ++free;
+    if (row >= 0) entries.emplace_back(row, row), ++free;
   for (const auto& [a, b] : pairs) {
     const auto [low, high] =
         std::minmax(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]);
-    if (low >= 0) entries.emplace_back(low, high, 1.0);
+    if (low >= 0) entries.emplace_back(high, low);
   }
-  if (free == 0) return 0;
-  Eigen::SparseMatrix<double> graph(free, free);
-  graph.setFromTriplets(entries.begin(), entries.end());
-  Counts counts;
-  counts.analyzePattern(graph);
-  return 27 * counts.squares();
+  const Columns graph(free, std::move(entries));
+  double squares = 0;
+  for (const double count : factor_counts(graph.begins, graph.rows))
+    squares += (count + 1) * (count + 1);
+  return 27 * squares;
 }
 
 std::vector<int> little_fill(int nodes, BlockPairs pairs) {

@@ -2,36 +2,39 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "core/linear/supernodal.h"
 
 namespace sim {
 
 // A pattern of 3 x 3 blocks: the pairs of nodes, such as particles, off the diagonal.
 using BlockPairs = std::span<const std::array<int, 2>>;
 
-// A sparse symmetric matrix and its factors L D L^T (by Eigen), in the order the rows have.
+// A sparse symmetric matrix and its factors L D L^T, in the order the rows have.
 class SparseSymmetric {
  public:
   // `upper`: (row, column) of the entries, row <= column, including the whole diagonal. The pattern
-  // is analysed, and I factorised, which takes the memory of all later factorisations (above 16000
-  // rows Eigen takes some for its own use).
+  // is analysed, which takes the memory of all factorisations.
   SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper);
-  ~SparseSymmetric();
 
   int entry(int row, int column) const;  // its place among the values; in a column they lie by row
-  std::span<double> values();
-  std::span<const double> values() const;
-  bool factorise();                       // the values; false when not positive definite
-  bool factorise_indefinite();            // false when a pivot is 0 or not finite
-  int negative_pivots() const;            // of D: as many as A has negative eigenvalues (Sylvester)
-  void solve(std::span<double> x) const;  // x := A^-1 x
+  int column(int column) const { return begins_[static_cast<std::size_t>(column)]; }  // its first
+  std::span<double> values() { return values_; }
+  std::span<const double> values() const { return values_; }
+  bool factorise() { return factors_.factorise(values_, true); }  // false: not positive definite
+  // False when a pivot is 0 or not finite.
+  bool factorise_indefinite() { return factors_.factorise(values_, false); }
+  // Pivots below 0 are as many as negative eigenvalues of A (Sylvester).
+  int negative_pivots() const { return factors_.negative_pivots(); }
+  void solve(std::span<double> x) const { factors_.solve(x); }  // x := A^-1 x; one thread at a time
 
  private:
-  struct Matrices;
-  std::unique_ptr<Matrices> matrices_;
+  std::vector<int> begins_, rows_;  // of each column in rows_; of each entry
+  std::vector<double> values_;
+  SupernodalFactors factors_;
 };
 
 // The number of products that a factorisation in 3 x 3 blocks takes; rows: those of

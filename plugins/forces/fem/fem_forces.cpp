@@ -145,29 +145,37 @@ void FemForces::couplings(std::vector<std::array<int, 2>>& pairs) const {
 
 void FemForces::jacobian(const ParticleView& view, JacobianSink& sink) const {
   for (int cell = 0; cell < cell_count(); ++cell) {
-    Mat3 blocks[10][10];
+    Mat3 blocks[10][10];  // [a][b] for a >= b: the others are their transposes
     for (int point = 0; point < points_; ++point) {
       Vec3 g[10];
       for (int node = 1; node < nodes_; ++node) {
         g[node] = gradient(cell, point, node);
         g[0] -= g[node];
       }
+      // dP is linear in dF: nine entries of F make all of it.
       const StressSlope slope(law_, deformation(view, cell, point));
+      Mat3 dP[3][3];  // [row][column] of dF
+      for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 3; ++column) {
+          Mat3 dF;
+          dF(row, column) = 1;
+          dP[row][column] = slope.along(dF);
+        }
       const double w = weight(cell, point);
       for (int b = 0; b < nodes_; ++b)
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          Vec3 e;
-          e[axis] = 1;
-          const Mat3 dP = slope.along(outer(e, g[b]));
-          for (int a = 0; a < nodes_; ++a) {
-            const Vec3 df = -w * (dP * g[a]);
+          const Mat3 along =
+              -w * (g[b][0] * dP[axis][0] + g[b][1] * dP[axis][1] + g[b][2] * dP[axis][2]);
+          for (int a = b; a < nodes_; ++a) {
+            const Vec3 df = along * g[a];
             for (std::size_t row = 0; row < 3; ++row) blocks[a][b](row, axis) += df[row];
           }
         }
     }
     const int* const ids = ids_.data() + cell * nodes_;
     for (int a = 0; a < nodes_; ++a)
-      for (int b = 0; b < nodes_; ++b) sink.position(ids[a], ids[b], blocks[a][b]);
+      for (int b = 0; b < nodes_; ++b)
+        sink.position(ids[a], ids[b], a >= b ? blocks[a][b] : transposed(blocks[b][a]));
   }
 }
 

@@ -39,7 +39,10 @@ SparseLdlt::SparseLdlt(const BlockMatrix& matrix, BlockPairs pairs, std::vector<
 }
 
 SparseLdlt::Target SparseLdlt::target(int low, int high) const {
-  return {{upper_->entry(low, high), upper_->entry(low, high + 1), upper_->entry(low, high + 2)}};
+  // The rows above the block are the same in its three columns.
+  const int within = upper_->entry(low, high) - upper_->column(high);
+  return {{upper_->column(high) + within, upper_->column(high + 1) + within,
+           upper_->column(high + 2) + within}};
 }
 
 void SparseLdlt::assemble() {

@@ -15,7 +15,7 @@ constexpr int kPatience = 500;     // iterations until the factor is faster, wha
 constexpr double kStiff = 300;     // stiffness of A from which on factors precondition GMRES
 // The largest numbers of products of a factorisation kept as a fallback, and of one for steps in
 // which everything is stiff.
-constexpr double kProductsStandingBy = 1e8, kProductsOfLongSteps = 1e11;
+constexpr double kProductsStandingBy = 2e10, kProductsOfLongSteps = 1e11;
 
 std::unique_ptr<SparseLdlt> make_factor_of_springs(const StageMatrix& matrix,
                                                    const Particles& system) {
