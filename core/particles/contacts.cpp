@@ -56,6 +56,19 @@ struct FirstTouch {
   SurfaceSample start, end;
 };
 
+// The share of a step at which a path that leaves a surface turns back to it, by the normal at the
+// start and velocities of the surface between those at both ends: the first root of
+//   n.(p' - h w) = a + b s + c s^2,  a > 0
+// Before that it touches no flat or convex surface. kNone: it does not turn back.
+double turn_back(const StepPath& path, double h, const SurfaceSample& start,
+                 const SurfaceSample& end) {
+  const double a = start.normal.dot(path.c[1] - h * start.velocity);
+  const double b = start.normal.dot(2 * path.c[2] - h * (end.velocity - start.velocity));
+  const double c = 3 * start.normal.dot(path.c[3]), square = b * b - 4 * a * c;
+  const double divisor = square < 0 ? 0 : std::sqrt(square) - b;
+  return divisor > 0 && 2 * a < divisor ? 2 * a / divisor : kNone;
+}
+
 // Finds the first contact of a path that begins outside the collider or on it.
 FirstTouch first_touch(const Collider& collider, double t, double h, const StepPath& path) {
   FirstTouch found{kNone, collider.query(t, path.c[0]), collider.query(t + h, path.at(1))};
@@ -74,36 +87,54 @@ FirstTouch first_touch(const Collider& collider, double t, double h, const StepP
 
   double outside = 0, inside = 1;  // places known to be, and the gaps there
   double positive = start, negative = end;
-  if (start <= slack(path.c[0])) {
-    // A particle on the surface that leaves it may return within the step, but not at once.
-    const double outward = (path.c[1] - h * found.start.velocity).dot(found.start.normal);
-    if (outward <= (end < 0 ? -kMinFlightTime * end : 0)) return at(0);
-    if (end >= 0) return found;
-    for (outside = 0.5; (positive = gap_at(outside)) <= 0; outside *= 0.5)
-      if (outside < 1e-12) return at(0);
-  } else {
-    // Sphere tracing: the gap is a free distance in every direction.
+  // Sphere tracing from `outside` on: the gap is a free distance in every direction. True if it
+  // touches; false at the end of the path, or where it comes too near to get on.
+  const auto trace = [&] {
     constexpr int kSteps = 32;
-    double gap = start;
+    double gap = positive;
     for (int step = 0; step < kSteps; ++step) {
       const double s = outside + gap / reach;
       if (!(s < 1)) break;
       gap = gap_at(s);
       if (gap <= slack(path.at(s))) {
-        if (end >= 0) return at(s);
-        break;
+        inside = s;
+        return true;
       }
       outside = s;
       positive = gap;
       if (end < 0) break;  // the root is between
     }
-    if (end >= 0) {
-      // A path that approaches and recedes again is nearest where its closing speed changes sign.
-      if (!closing(outside) || closing(1)) return found;
-      inside = turning_point(outside, 1, closing);
-      negative = gap_at(inside);
-      if (!(negative < 0)) return found;
+    return false;
+  };
+  if (start <= slack(path.c[0])) {
+    // A particle on the surface that leaves it may return within the step, but not at once.
+    const double outward = (path.c[1] - h * found.start.velocity).dot(found.start.normal);
+    if (outward <= (end < 0 ? -kMinFlightTime * end : 0)) return at(0);
+    const double turn = end < 0 ? 0.5 : turn_back(path, h, found.start, found.end);
+    if (turn > 1 || (end >= 0 && closing(1))) return found;
+    for (outside = turn; (positive = gap_at(outside)) <= 0; outside *= 0.5)
+      if (outside < 1e-12) return at(0);
+    if (end >= 0 && trace()) return at(inside);
+  } else if (trace() && end >= 0) {
+    return at(inside);
+  }
+  inside = 1;
+  if (end >= 0) {
+    if (closing(1)) return found;
+    if (!closing(outside)) {
+      // It leaves a surface that is too near for the trace to get on.
+      const double turn = turn_back(path, h, found.start, found.end);
+      if (outside + positive / reach >= 1 || turn <= outside || turn > 1) return found;
+      outside = turn;
+      if ((positive = gap_at(turn)) <= 0) return found;
+      if (trace()) return at(inside);
+      inside = 1;
+      if (!closing(outside)) return found;
     }
+    // A path that approaches and recedes again is nearest where its closing speed changes sign.
+    inside = turning_point(outside, 1, closing);
+    negative = gap_at(inside);
+    if (!(negative < 0)) return found;
   }
   return at(root(outside, positive, inside, negative, 1e-4 * slack(path.c[0]), gap_at));
 }

@@ -10,6 +10,8 @@
 namespace sim {
 namespace {
 
+constexpr double kMostPush = 1e6;  // m/s^2, of a surface on a particle whose bounces are faint
+
 // The power of a contact force per mass, W/kg: `push` in m/s^2, `carrier` the velocity of the
 // surface and v that of the particle.
 ContactWork power_of(const Vec3& push, const Vec3& carrier, const Vec3& v) {
@@ -45,7 +47,8 @@ void ParticleImpactEvents::begin(double t, double h, const double* x) {
   find_held(x);
 }
 
-// Finds resting contacts: particles on a surface, without normal velocity, that are pressed to it.
+// Finds resting contacts: particles on a surface, without normal velocity or with one that carries
+// them nowhere, that are pressed to it.
 void ParticleImpactEvents::find_held(const double* x) {
   for (const Held& held : held_) is_held_[static_cast<std::size_t>(held.particle)] = 0;
   held_.clear();
@@ -60,9 +63,12 @@ void ParticleImpactEvents::find_held(const double* x) {
       const SurfaceSample sample = collider->query(t_, place);
       const double rate = (velocity - sample.velocity).dot(sample.normal);
       const double still = kVelocityTolerance * (velocity.norm() + sample.velocity.norm()) + 1e-15;
-      if (std::fabs(sample.gap) > kGapTolerance * position_scale(place) || std::fabs(rate) > still)
+      const double slow = std::max(still, std::sqrt(2 * Contacts::slack(place) * kMostPush));
+      if (std::fabs(sample.gap) > kGapTolerance * position_scale(place) || rate < -still ||
+          rate > slow)
         continue;
       if (held.count < 3) held.collider[held.count++] = collider;
+      if (rate > still) held.leaving = std::max(held.leaving, rate);
     }
     if (held.count > 0) held_.push_back(held);
   }
@@ -74,6 +80,9 @@ void ParticleImpactEvents::find_held(const double* x) {
     held.surplus = now.surplus;
     held.slip = now.slip;
     if (now.surplus <= kForceTolerance * now.acceleration.norm()) return true;
+    // The last bounces of many are lower than rounding lets anyone see.
+    const double height = 0.5 * held.leaving * held.leaving / now.surplus;
+    if (height > Contacts::slack(view.position(i))) return true;
     const Vec3 carrier = held.collider[0]->query(t_, view.position(i)).velocity;
     held.power = power_of(now.acceleration - free_of(i), carrier, view.velocity(i));
     is_held_[static_cast<std::size_t>(i)] = 1;
@@ -108,8 +117,13 @@ void ParticleImpactEvents::for_near(double t, double h, const double* x, const d
 double ParticleImpactEvents::first(double t, double h, const double* x, const double* x_next) {
   Earliest earliest;
   for_near(t, h, x, x_next, [&](int i, const StepPath& path) {
-    if (is_held_[static_cast<std::size_t>(i)]) return;
+    std::span<Collider* const> rests_on;
+    if (is_held_[static_cast<std::size_t>(i)]) {
+      if (!in_forces_) return;  // press() will act
+      rests_on = std::ranges::find(held_, i, &Held::particle)->all();
+    }
     for (Collider* const collider : particles_->contacts().all()) {
+      if (std::ranges::count(rests_on, collider) > 0) continue;
       const double s = Contacts::first_touch(*collider, t, h, path);
       if (s > 1) continue;
       // A path that ends on the surface needs no shorter step.
@@ -210,14 +224,21 @@ bool ParticleImpactEvents::bounce(double t, double* x) {
     if (!contacts.push_out(t, place)) contacts.work_sums().refuse(i);
     ContactWork work;
     bool hit = false;
-    for (Collider* const collider : contacts.all()) {
-      const SurfaceSample sample = collider->query(t, place);
-      const double rate = (velocity - sample.velocity).dot(sample.normal);
-      if (sample.gap > kGapTolerance * position_scale(place) || !(rate < 0)) continue;
-      const bool still = -rate <= kVelocityTolerance * (velocity.norm() + sample.velocity.norm());
-      if (still && is_held_[static_cast<std::size_t>(i)]) continue;
-      velocity = Contacts::bounced(*collider, t, place, velocity, work);
-      hit = true;
+    // An impact on one surface may drive the particle into another that it touches.
+    constexpr int kMostRounds = 100;
+    bool again = true;
+    for (int round = 0; round < kMostRounds && again; ++round) {
+      again = false;
+      for (Collider* const collider : contacts.all()) {
+        const SurfaceSample sample = collider->query(t, place);
+        const double rate = (velocity - sample.velocity).dot(sample.normal);
+        if (sample.gap > kGapTolerance * position_scale(place) || !(rate < 0)) continue;
+        const bool still = -rate <= kVelocityTolerance * (velocity.norm() + sample.velocity.norm());
+        if (still && (round > 0 || is_held_[static_cast<std::size_t>(i)])) continue;
+        velocity = Contacts::bounced(*collider, t, place, velocity, work);
+        hit = again = true;
+      }
+      again = again && contacts.all().size() > 1;
     }
     if (!hit && place == before) continue;
     put_vector(q, i, place);

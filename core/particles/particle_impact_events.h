@@ -35,6 +35,7 @@ class ParticleImpactEvents final : public ImpactEvents {
   struct Held {
     int particle = 0, count = 0;
     Collider* collider[3] = {};
+    double leaving = 0;      // m/s, the largest normal velocity away from one of them
     double surplus = 0;      // m/s^2, at the start
     Vec3 slip{0, 0, 0};      // m/s, at the start
     ContactWork power = {};  // W/kg, at the start

@@ -88,6 +88,18 @@ TEST_CASE("a ball that is passed within a step is not missed") {
   }
 }
 
+TEST_CASE("a particle that leaves a ball and comes back through all of it is not missed") {
+  const Ball ball({0, 0, 0}, 0.1, 1);
+  for (const double above : {0.0, 1e-13, 1e-11, 1e-9, 1e-6}) {
+    INFO(above);
+    // y = 0.1 + 4 s - 8 s^2 is at the top again at s = 1/2, and at -3.9 at the end.
+    const sim::StepPath path{{{0, 0.1 + above, 0}, {0, 4, 0}, {0, -8, 0}, sim::Vec3::Zero()}};
+    CHECK(sim::Contacts::first_touch(ball, 0, 1, path) == Approx(0.5).margin(1e-6));
+    const sim::StepPath beside{{{0, 0.1 + above, 0}, {1, 4, 0}, {0, -8, 0}, sim::Vec3::Zero()}};
+    CHECK(sim::Contacts::first_touch(ball, 0, 1, beside) > 1);
+  }
+}
+
 TEST_CASE("a particle at rest is hit by a surface that comes, and takes up its velocity") {
   for (const double restitution : {0.0, 0.4, 1.0}) {
     const sim::Contacts contacts = contacts_of(Ball({-2, 0, 0}, 1, restitution, {3, 0, 0}));
