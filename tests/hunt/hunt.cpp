@@ -20,7 +20,7 @@ namespace {
 
 using sim::study::Trust;
 
-constexpr double kWrong = 0.05, kWrongEnergy = 0.02, kRight = 1e-4;
+constexpr double kWrong = 0.05, kWrongEnergy = 0.02;
 constexpr double kDisturbance = 1e-7, kChaos = 1e5;
 constexpr long kMostEvaluations = 400'000, kMostOfFields = 10'000'000;
 constexpr int kLooks = 20;
@@ -171,6 +171,9 @@ Case hunt_one(std::uint64_t seed, sim::Registry& registry) {
 }
 
 void Tally::add(const Case& found) {
+  failed += !found.failed.empty();
+  set_aside += found.set_aside;
+  if (found.set_aside || !found.failed.empty()) return;
   ++count[static_cast<std::size_t>(found.verdict)][static_cast<std::size_t>(found.truth)];
   if (found.verdict == Trust::kTrusted && !std::isnan(found.told)) {
     ++told;
@@ -204,20 +207,33 @@ int Tally::right_but_doubted() const {
          count[static_cast<std::size_t>(Trust::kDiverged)][0];
 }
 
+namespace {
+
+std::string share_of(int part, int whole) {
+  return std::to_string(part) + " of " + std::to_string(whole) +
+         (whole > 0 ? " (" + sim::brief(100.0 * part / whole, 2) + " %)" : "");
+}
+
+}  // namespace
+
 std::ostream& operator<<(std::ostream& out, const Tally& tally) {
-  out << "verdict     right <0.01 %   between   wrong   wrong, chaotic   not known\n";
+  const std::string right = "right <" + sim::brief(100 * tally.right_share, 2) + " %";
+  out << "verdict     " << std::setw(13) << right
+      << "   between   wrong   wrong, chaotic   not known\n";
+  int runs = tally.failed + tally.set_aside;
   for (std::size_t verdict = 0; verdict < tally.count.size(); ++verdict) {
     const auto& row = tally.count[verdict];
+    for (const int each : row) runs += each;
     out << std::left << std::setw(12) << sim::study::trust_name(static_cast<Trust>(verdict))
         << std::right << std::setw(13) << row[0] << std::setw(10) << row[1] << std::setw(8)
         << row[2] << std::setw(17) << row[3] << std::setw(12) << row[4] << '\n';
   }
-  return out << tally.judged() << " judged: " << tally.trusted_but_wrong()
-             << " trusted but wrong (off by > 5 % of the size or > 2 % of the energy), "
-             << tally.right_but_doubted() << " of " << tally.right() << " right but doubted\n"
-             << "told below 2/3 of the true error: " << tally.told_short << " of " << tally.told
-             << "; right for a shorter time than told: " << tally.late << " of " << tally.chaotic
-             << '\n';
+  return out << runs << " runs, " << tally.judged() << " judged: trusted and wrong "
+             << tally.trusted_but_wrong() << ", right and doubted "
+             << share_of(tally.right_but_doubted(), tally.right()) << ", claims below 2/3 "
+             << share_of(tally.told_short, tally.told) << ", horizons too late "
+             << share_of(tally.late, tally.chaotic) << "; set aside " << tally.set_aside
+             << ", failed " << tally.failed;
 }
 
 std::ostream& operator<<(std::ostream& out, const Case& found) {

@@ -1,7 +1,10 @@
 // Runs of scenes that no closed form judges, against finer runs by methods of two families.
 #include <algorithm>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -20,7 +23,7 @@ using sim::study::Trust;
 using State = std::vector<double>;
 
 constexpr int kFrames = 20;
-constexpr double kWrongShare = 0.05, kRightShare = 1e-3;
+constexpr double kWrongShare = 0.05;
 // The share of an error, and of the size, by which two references may differ to be accepted.
 constexpr double kKnown = 0.25, kKnownShare = 2e-4;
 
@@ -48,33 +51,70 @@ double extent(const State& x, std::size_t width) {
   return size;
 }
 
-// A path at equal times, shorter where a step fails, with energies in J where there are any.
-struct Path {
-  std::vector<State> states;
-  std::vector<sim::Energy> energies;
+// Ends a case that takes too long, on a processor of its own or not.
+class Patience {
+ public:
+  bool over() const { return std::clock() > end_; }
 
-  void take(sim::Simulation& system) {
-    states.push_back(sim::study::positions(system));
-    energies.push_back(system.second_order() ? system.energy() : sim::Energy());
-  }
-  // J, of the first so many.
-  double in_play(std::size_t frames) const {
-    double most = 0;
-    for (std::size_t k = 0; k < std::min(frames, energies.size()); ++k)
-      most = std::max(
-          most, energies[k].kinetic + std::abs(energies[k].potential - energies[0].potential));
-    return most;
-  }
+ private:
+  static constexpr int kMostSeconds = 10;
+  std::clock_t end_ = std::clock() + kMostSeconds * CLOCKS_PER_SEC;
 };
 
-Path path_of(const sim::SystemSpec& spec, const sim::MethodChoice& method, double dt,
-             std::int64_t steps, sim::Registry& registry) {
-  sim::Simulation system(spec, registry, {.integrator = method, .dt = dt});
-  Path path;
-  path.take(system);
-  for (int k = 0; k < kFrames && run(system, steps / kFrames); ++k) path.take(system);
-  return path;
-}
+// The energy in play up to the last look, J.
+class EnergyInPlay {
+ public:
+  void look(const sim::Energy& energy) {
+    if (!start_) start_ = energy.potential;
+    most_ = std::max(most_, energy.kinetic + std::abs(energy.potential - *start_));
+  }
+  double most() const { return most_; }
+
+ private:
+  std::optional<double> start_;
+  double most_ = 0;
+};
+
+// A run that advances from frame to frame.
+class Reference {
+ public:
+  Reference(const sim::SystemSpec& spec, const std::string& method, double dt, std::int64_t steps,
+            sim::Registry& registry)
+      : system_(spec, registry, {.integrator = method, .dt = dt}),
+        steps_(steps),
+        now_(sim::study::positions(system_)) {
+    look();
+  }
+  // False where a step fails, or takes too long.
+  bool advance(const Patience& patience) {
+    constexpr std::int64_t kOften = 32;
+    system_.stop_when([&] { return patience.over(); });
+    for (std::int64_t left = steps_ / kFrames; left > 0;) {
+      const int taken = patience.over() ? 0 : system_.steps(std::min(left, kOften));
+      if (taken == 0) return false;
+      left -= taken;
+    }
+    now_ = sim::study::positions(system_);
+    look();
+    return true;
+  }
+  const State& now() const { return now_; }
+  const sim::Energy& energy() const { return energy_; }
+  double in_play() const { return in_play_.most(); }
+
+ private:
+  void look() {
+    if (!system_.second_order()) return;
+    energy_ = system_.energy();
+    in_play_.look(energy_);
+  }
+
+  sim::Simulation system_;
+  std::int64_t steps_;
+  State now_;
+  sim::Energy energy_;
+  EnergyInPlay in_play_;
+};
 
 sim::SystemSpec load(const HuntKind& kind, std::uint64_t seed, sim::Registry& registry) {
   const auto file = std::filesystem::temp_directory_path() /
@@ -97,25 +137,6 @@ std::vector<std::string> references(const std::vector<std::string>& methods, boo
   return found;
 }
 
-struct Known {
-  Path path;
-  std::vector<double> unknown;  // at each frame
-};
-
-Known reference(const sim::SystemSpec& spec, const std::vector<std::string>& methods, double dt,
-                std::int64_t steps, int finer, sim::Registry& registry) {
-  Known known;
-  const std::size_t width = spec.first_order && spec.first_order->dimension == 1 ? 1 : 3;
-  // With other steps: what both get wrong alike, as moving surfaces, differs then.
-  constexpr int kOther = 4;
-  const Path other = path_of(spec, methods[0], dt / finer, steps * finer, registry);
-  known.path = path_of(spec, methods[1], dt / (kOther * finer), kOther * steps * finer, registry);
-  const auto &states = known.path.states, &others = other.states;
-  for (std::size_t k = 0; k < std::min(states.size(), others.size()); ++k)
-    known.unknown.push_back(distance(states[k], others[k], width));
-  return known;
-}
-
 // Some refuse contact or constraints only when they meet them.
 bool can_run(const sim::SystemSpec& spec, const std::string& method, sim::Registry& registry) {
   try {
@@ -126,30 +147,75 @@ bool can_run(const sim::SystemSpec& spec, const std::string& method, sim::Regist
   return true;
 }
 
+// The run as `sim` makes it, with what it looked like at each frame.
 struct Judged {
-  Path path;
+  std::vector<State> states;
+  std::vector<double> energies;  // J, total
   sim::study::Verdict verdict;
-  bool whole = true;
+  bool whole = true, in_time = true;
 };
 
 Judged judge(const sim::SystemSpec& spec, const sim::RunOptions& options, std::int64_t steps,
-             sim::Registry& registry) {
+             const Patience& patience, sim::Registry& registry) {
   sim::Simulation system(spec, registry, options);
   sim::study::Track track(spec, system, steps, sim::study::Track::kNever, steps / kFrames,
                           &registry);
+  const std::function<bool()> stop = [&] { return patience.over(); };
+  system.stop_when(stop);
   Judged found;
   const auto look = [&] {
     track.sample();
-    if (track.take_row(false)) found.path.take(system);
+    if (!track.take_row(false)) return;
+    found.states.push_back(sim::study::positions(system));
+    found.energies.push_back(system.second_order() ? system.energy().total() : 0);
   };
   look();
-  while (!track.finished() && (found.whole = system.steps(track.due()) > 0)) look();
+  while (!track.finished() && !stop() && (found.whole = system.steps(track.due()) > 0)) look();
+  found.in_time = !stop();
+  if (!found.in_time) return found;
   if (found.whole)
-    track.verify([] { return false; });
+    track.verify(stop);
   else
     track.mark_diverged();
+  found.in_time = !stop();
   found.verdict = track.verdict();
   return found;
+}
+
+// What two references that agree tell of a run, frame by frame, until they agree no more or the
+// run is wrong.
+struct Told {
+  double off = 0, energy = 0;      // of the run, shares of the size and of the energy in play
+  double error = 0, unknown = 0;   // of the run, and of what is known of it
+  int frames = 0;                  // known
+  bool wrong = false;
+
+  bool to_the_end() const { return frames == kFrames; }
+};
+
+Told tell(const Judged& judged, Reference rough, Reference sharp, std::size_t width,
+          const Patience& patience) {
+  Told told;
+  const State start = sharp.now();
+  while (!told.wrong && !told.to_the_end() && rough.advance(patience) && sharp.advance(patience)) {
+    const auto k = static_cast<std::size_t>(told.frames + 1);
+    const State& now = sharp.now();
+    const double size =
+        std::max({extent(start, width), extent(now, width), distance(now, start, width), 1e-12});
+    const double unknown = distance(rough.now(), now, width);
+    const bool failed = k >= judged.states.size();  // there is a solution, and the run has none
+    const double apart = failed ? HUGE_VAL : distance(judged.states[k], now, width);
+    if (unknown > std::max(failed ? 0 : kKnown * apart, kKnownShare * size)) break;
+    ++told.frames;
+    told.wrong = apart > kWrongShare * size;
+    told.off = std::max(told.off, apart / size);
+    told.error = std::max(told.error, apart);
+    told.unknown = std::max(told.unknown, unknown);
+    if (sharp.in_play() > 0 && !failed)
+      told.energy = std::max(
+          told.energy, std::abs(judged.energies[k] - sharp.energy().total()) / sharp.in_play());
+  }
+  return told;
 }
 
 }  // namespace
@@ -158,6 +224,7 @@ Case hunt_one(const HuntKind& kind, std::uint64_t seed, sim::Registry& registry)
   Case found;
   found.seed = seed;
   found.words = kind.name;
+  const Patience patience;
   try {
     const sim::SystemSpec spec = load(kind, seed, registry);
     const std::size_t width = spec.first_order && spec.first_order->dimension == 1 ? 1 : 3;
@@ -190,58 +257,42 @@ Case hunt_one(const HuntKind& kind, std::uint64_t seed, sim::Registry& registry)
       found.words += ":" + name + "=" + sim::to_text(value);
     found.words += ", " + std::to_string(steps) + " steps of " + sim::brief(options.dt, 4) + " s";
 
-    const Judged judged = judge(spec, options, steps, registry);
+    const Judged judged = judge(spec, options, steps, patience, registry);
+    found.set_aside = !judged.in_time;
+    if (found.set_aside) return found;
     found.verdict = judged.verdict.trust;
     found.reason = judged.verdict.reason;
 
-    // Finer, where the two do not agree on an error as small as that of the run.
-    double error = 0, unknown = 0;
-    bool known_to_the_end = false;
-    std::size_t known_frames = 0;
-    constexpr std::int64_t kMostSteps = 8'000;  // of a reference
+    // Finer, where the two do not agree on an error as small as that of the run. The second takes
+    // other steps: what both get wrong alike, as moving surfaces, differs then.
+    Told told;
+    constexpr std::int64_t kMostSteps = 8'000;
+    constexpr int kOther = 4;
     for (const int finer : {6, 24}) {
       const int times = std::max(
           1, static_cast<int>(std::ceil(finer * options.dt / std::max(options.dt, spec.dt))));
       if (finer > 6 && steps * times > kMostSteps) break;
-      const Known known = reference(spec, two, options.dt, steps, times, registry);
-      error = unknown = found.off = found.energy = 0;
-      known_to_the_end = known.unknown.size() == kFrames + 1;
-      known_frames = 0;
-      for (std::size_t k = 1; k < std::min(known.unknown.size(), judged.path.states.size()); ++k) {
-        const State &start = known.path.states[0], &now = known.path.states[k];
-        const double size = std::max(
-            {extent(start, width), extent(now, width), distance(now, start, width), 1e-12});
-        const double apart = distance(judged.path.states[k], now, width);
-        if (known.unknown[k] > std::max(kKnown * apart, kKnownShare * size)) {
-          known_to_the_end = false;
-          break;
-        }
-        known_frames = k;
-        error = std::max(error, apart);
-        unknown = std::max(unknown, known.unknown[k]);
-        found.off = std::max(found.off, apart / size);
-        if (const double in_play = known.path.in_play(k + 1); in_play > 0)
-          found.energy = std::max(
-              found.energy,
-              std::abs(judged.path.energies[k].total() - known.path.energies[k].total()) / in_play);
-      }
-      if (known_to_the_end || found.off > kWrongShare) break;
+      const auto run = [&](const std::string& name, int parts) {
+        return Reference(spec, name, options.dt / parts, steps * parts, registry);
+      };
+      told = tell(judged, run(two[0], times), run(two[1], kOther * times), width, patience);
+      if (told.to_the_end() || told.wrong) break;
     }
-    const bool wrong = found.off > kWrongShare || (!judged.whole && known_to_the_end);
-    if (found.verdict == Trust::kChaotic) {
-      const double until = judged.verdict.figures.shadow.horizon;
-      const double known_until =
-          options.dt * static_cast<double>(steps) / kFrames * static_cast<double>(known_frames);
-      found.late = wrong && until > 1.1 * known_until;
-    }
-    if (wrong)
+    found.off = told.off;
+    found.energy = told.energy;
+    found.set_aside = patience.over() && !told.wrong && !told.to_the_end();
+    if (told.wrong)
       found.truth = Truth::kWrong;
-    else if (known_to_the_end)
+    else if (told.to_the_end())
       found.truth =
-          found.off < kRightShare && found.energy < kRightShare ? Truth::kRight : Truth::kBetween;
+          told.off < kRightOfKinds && told.energy < kRightOfKinds ? Truth::kRight : Truth::kBetween;
+    const double horizon = judged.verdict.figures.shadow.horizon;
+    found.late = found.verdict == Trust::kChaotic && told.wrong &&
+                 horizon > 1.1 * options.dt * static_cast<double>(steps / kFrames * told.frames);
     constexpr double kRounding = 1e-9;  // of the size
-    if (found.truth != Truth::kUnknown && found.off > kRounding && unknown <= kKnown * error)
-      found.told = judged.verdict.figures.shadow.error / error;
+    if (found.truth != Truth::kUnknown && told.off > kRounding &&
+        told.unknown <= kKnown * told.error)
+      found.told = judged.verdict.figures.shadow.error / told.error;
   } catch (const sim::Error& failure) {
     found.failed = failure.what();
     found.truth = Truth::kUnknown;

@@ -3,6 +3,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <iomanip>
 #include <iostream>
 
@@ -17,15 +18,18 @@ using namespace sim_test;
 
 // `hunt` judges the scene of a seed.
 template <class Hunt>
-bool hunt_all(long cases, std::uint64_t first, const Hunt& hunt) {
-  Tally tally;
+bool hunt_all(long cases, std::uint64_t first, double right_share, const Hunt& hunt) {
+  Tally tally{.right_share = right_share};
+  const std::clock_t begin = std::clock();
   for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(cases); ++seed) {
     const Case found = hunt(seed);
-    if (!found.failed.empty()) {
-      std::cout << "seed " << seed << ": " << found.failed << '\n' << std::flush;
+    tally.add(found);
+    if (!found.failed.empty() || found.set_aside) {
+      std::cout << "seed " << seed << ": " << found.words << ": "
+                << (found.set_aside ? "set aside" : found.failed) << '\n'
+                << std::flush;
       continue;
     }
-    tally.add(found);
     using sim::study::Trust;
     const bool wrong = found.truth == Truth::kWrong || found.truth == Truth::kWrongAndChaotic;
     const bool short_told = found.verdict == Trust::kTrusted && found.told < 2.0 / 3;
@@ -33,7 +37,9 @@ bool hunt_all(long cases, std::uint64_t first, const Hunt& hunt) {
     if ((found.verdict == Trust::kTrusted && wrong) || false_alarm || short_told || found.late)
       std::cout << found << std::flush;
   }
-  std::cout << '\n' << tally << std::flush;
+  std::cout << '\n'
+            << tally << ", " << (std::clock() - begin) / CLOCKS_PER_SEC << " s\n"
+            << std::flush;
   return tally.good();
 }
 
@@ -57,15 +63,17 @@ int main(int argc, char** argv) {
   const auto first = static_cast<std::uint64_t>(words.size() > 1 ? std::atoll(words[1]) : 1);
   sim::Registry registry = make_registry();
   if (asked.empty())
-    return hunt_all(cases, first, [&](std::uint64_t seed) { return hunt_one(seed, registry); }) ? 0
-                                                                                                : 1;
+    return hunt_all(cases, first, kRight,
+                    [&](std::uint64_t seed) { return hunt_one(seed, registry); })
+               ? 0
+               : 1;
   bool good = true, any = false;
   for (const HuntKind& kind : hunt_kinds()) {
     if (asked != "all" && asked != kind.name) continue;
     any = true;
     std::cout << "--- " << kind.name << '\n';
-    good &=
-        hunt_all(cases, first, [&](std::uint64_t seed) { return hunt_one(kind, seed, registry); });
+    good &= hunt_all(cases, first, kRightOfKinds,
+                     [&](std::uint64_t seed) { return hunt_one(kind, seed, registry); });
   }
   if (any) return good ? 0 : 1;
   std::cerr << "no kind '" << asked << "'; known: all, goals";
