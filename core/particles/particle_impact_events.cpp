@@ -79,6 +79,7 @@ void ParticleImpactEvents::find_held(const double* x) {
     const RestingContactForce now = look_at(held, view, free_of(i));
     held.surplus = now.surplus;
     held.slip = now.slip;
+    held.sticks = now.sticks;
     if (now.surplus <= kForceTolerance * now.acceleration.norm()) return true;
     // The last bounces of many are lower than rounding lets anyone see.
     const double height = 0.5 * held.leaving * held.leaving / now.surplus;
@@ -141,7 +142,8 @@ double ParticleImpactEvents::first(double t, double h, const double* x, const do
     if (now.surplus < -1e-3 * held.surplus)
       earliest.may_be(held.surplus / (held.surplus - now.surplus));
     const double before = held.slip.norm(), turned = now.slip.dot(held.slip);
-    if (held.collider[0]->material().friction > 0 && turned < -1e-8 * before * before)
+    if (held.collider[0]->material().friction > 0 && !held.sticks &&
+        turned < -1e-8 * before * before)
       earliest.may_be(before / (before - turned / before));
   }
   return earliest.s;
@@ -182,7 +184,8 @@ void ParticleImpactEvents::put_back(double t, double h, double* x) {
     // A slip that is zero to the accuracy of the method ends here.
     const Vec3 slip = tangential(velocity - first.velocity, first.normal);
     if (held.collider[0]->material().friction > 0 &&
-        slip.norm() <= 1e-7 * std::max(held.slip.norm(), h * now.acceleration.norm()))
+        (now.sticks ||
+         slip.norm() <= 1e-7 * std::max(held.slip.norm(), h * now.acceleration.norm())))
       velocity -= slip;
     put_vector(q, i, place);
     put_vector(v, i, velocity);

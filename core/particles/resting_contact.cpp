@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/particles/contacts.h"
 #include "core/particles/velocity_inequality.h"
 
 namespace sim {
@@ -35,18 +36,25 @@ RestingContactForce resting_contact(std::span<Collider* const> colliders, double
   const double push = pressed.push.norm(), friction = material.friction * push;
   if (friction == 0) return pressed;
   const double speed = pressed.slip.norm(), size = pressed.acceleration.norm();
-  if (speed > 1e-12 * (v.norm() + sample.velocity.norm()) + 1e-6 * std::fabs(d) * size) {
+  // A slip that friction ends within the rounding of positions counts as none.
+  const double faint = 0.5 * speed * speed / Contacts::slack(x);  // the least braking, m/s^2
+  const bool none = speed <= 1e-12 * (v.norm() + sample.velocity.norm()) +
+                                 1e-6 * std::fabs(d) * size;
+  const auto slide = [&] {
     pressed.acceleration -= material.friction_at(speed) * push / speed * pressed.slip;
     return pressed;
-  }
+  };
+  if (!none && faint >= friction) return slide();
   const Vec3 carried =
       (surface.query(t + d, surface.advect(t, t + d, x)).velocity - sample.velocity) / d;
   const Vec3 drive = pressed.acceleration - carried;
   const double driven = drive.norm();
-  if (driven <= friction) {
+  if (driven <= friction && (none || faint < friction - driven)) {
     pressed.acceleration = carried;
+    pressed.sticks = true;
     return pressed;
   }
+  if (!none) return slide();
   const double slides = std::min(driven, material.friction_at(std::fabs(d) * driven) * push);
   pressed.acceleration = pressed.acceleration - slides / driven * drive;
   return pressed;

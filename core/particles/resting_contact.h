@@ -13,6 +13,7 @@ struct RestingContactForce {
   Vec3 acceleration{0, 0, 0};  // m/s^2, of the particle on its surfaces
   Vec3 push{0, 0, 0};          // m/s^2 of it, that of the surfaces along their normals
   Vec3 slip{0, 0, 0};          // m/s, along the first of them
+  bool sticks = false;         // friction holds it, and ends a slip that is left
   double surplus = 0;          // m/s^2, by which the free one presses most; < 0: it leads off all
 };
 

@@ -138,6 +138,28 @@ TEST_CASE("the last of many bounces take adaptive methods no steps without numbe
   }
 }
 
+// Two on a spring turn and slow down until friction holds them; their slips turn as they vanish.
+TEST_CASE("slips that vanish take adaptive methods no steps without number") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_particle({0, 0, 0}, {1, 0, 0.5}, make_slope(0, 0.5));
+  spec.particles->list.push_back({.position = {0.3, 0, 0}, .velocity = {0.5, 0, -0.7}});
+  sim::PartSpec spring = make_springs("tie", 100);
+  spring.elements.add({0, 1}, {{"rest", 0.3}});
+  spec.forces.push_back(spring);
+  sim::Simulation fine(spec, registry, {.integrator = {"verlet"}, .dt = 1e-5});
+  REQUIRE(run(fine, 100'000));
+  for (const char* method : kAdaptive) {
+    INFO(method);
+    sim::Simulation system(spec, registry, to_tolerance(method, 1e-5, 0.01));
+    REQUIRE(run(system, 100));
+    CHECK(system.integrator().effort().steps < 3000);
+    for (int i = 0; i < 2; ++i) {
+      CHECK((system.position(i) - fine.position(i)).norm() < 1e-3);
+      CHECK(system.velocity(i).norm() == 0);
+    }
+  }
+}
+
 TEST_CASE("what slides on a floor bounces off a wall in adaptive methods") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_particle({0, 0, 0}, {1, 0, 0}, make_part("plane"));
