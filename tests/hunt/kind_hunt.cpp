@@ -197,11 +197,13 @@ Told tell(const Judged& judged, Reference rough, Reference sharp, std::size_t wi
           const Patience& patience) {
   Told told;
   const State start = sharp.now();
+  double travel = 0;  // of a single point, in the whole run
+  for (const State& each : judged.states) travel = std::max(travel, distance(each, start, width));
   while (!told.wrong && !told.to_the_end() && rough.advance(patience) && sharp.advance(patience)) {
     const auto k = static_cast<std::size_t>(told.frames + 1);
     const State& now = sharp.now();
-    const double size =
-        std::max({extent(start, width), extent(now, width), distance(now, start, width), 1e-12});
+    double size = std::max(extent(start, width), extent(now, width));
+    if (size == 0 || width == 1) size = std::max({size, travel, 1e-12});
     const double unknown = distance(rough.now(), now, width);
     const bool failed = k >= judged.states.size();  // there is a solution, and the run has none
     const double apart = failed ? HUGE_VAL : distance(judged.states[k], now, width);
