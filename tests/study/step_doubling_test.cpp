@@ -166,6 +166,29 @@ TEST_CASE("the error that is told of a run with contact is that of the order it 
   CHECK(runs >= 19);
 }
 
+// A particle at 1 m/s leaves the edge of a table after 0.6 s and falls. Steps of which the last
+// before that ends late leave it when halves and quarters of them do.
+TEST_CASE("what slides off an edge does so at the ends of steps, and the error tells") {
+  constexpr double kEnd = 1;
+  const sim::PartSpec table =
+      make_part("box", {{"center", sim::Vec3(0, 0.4, 0)}, {"half", sim::Vec3(0.6, 0.1, 0.6)}});
+  const sim::SystemSpec spec = make_particle({0, 0.5, 0}, {1, 0, 0}, table);
+  for (const double h : {0.6 / 49.9, 0.6 / 49.8, 0.6 / 20.85, 0.6 / 20.4})
+    for (const char* method : {"verlet", "rk4", "pefrl"}) {
+      const auto steps = static_cast<std::int64_t>(kEnd / h);
+      const Judged found = judged(spec, {.integrator = method, .dt = h}, steps);
+      sim::Registry registry = make_registry();
+      sim::Simulation again(spec, registry, {.integrator = method, .dt = h});
+      REQUIRE(run(again, steps));
+      const double fallen = again.t() - 0.6;
+      const double error = std::abs(again.position(0)[1] - 0.5 + 0.5 * kGravity * fallen * fallen);
+      INFO(method << ' ' << h << ": told " << found.deviation.error << ", true " << error);
+      CHECK(error > 1e-3);
+      CHECK(found.deviation.error > 2.0 / 3 * error);
+      CHECK(found.deviation.error < 30 * error);
+    }
+}
+
 // Euler's method swings a pendulum up. The two are far apart long before the end.
 TEST_CASE("a run that is in doubt is followed no further, beside it or behind it") {
   const sim::RunOptions options{.integrator = "euler", .dt = 0.01};

@@ -55,10 +55,10 @@ double extent(std::span<const double> points) {
   return size;
 }
 
-// Corrections at the ends of steps that have changed the motion so far; with_order_one: one of them
-// acts there alone.
+// Contact that has changed the motion so far: of particles with colliders, and corrections at the
+// ends of steps; with_order_one: one that acts there alone.
 struct Acted {
-  bool any = false, with_order_one = false;
+  bool any = false, colliders = false, with_order_one = false;
 };
 Acted contact_of(Simulation& system) {
   const auto acts = [](const auto& correction) { return correction->account().acted; };
@@ -66,11 +66,11 @@ Acted contact_of(Simulation& system) {
   acted.with_order_one = std::ranges::any_of(system.corrections(), acts);
   if (const ParticleSystem* particles = particles_of(system)) {
     const Contacts& contacts = particles->contacts();
-    for (int i = 0; !contacts.empty() && !acted.any && i < system.particles(); ++i)
-      acted.any = contacts.work_sums().touched(i);
-    acted.with_order_one |= acted.any && contacts.accuracy() == Accuracy::kProject;
+    for (int i = 0; !contacts.empty() && !acted.colliders && i < system.particles(); ++i)
+      acted.colliders = contacts.work_sums().touched(i);
+    acted.with_order_one |= acted.colliders && contacts.accuracy() == Accuracy::kProject;
   }
-  acted.any |= acted.with_order_one || !system.settings().broken.empty();
+  acted.any = acted.colliders || acted.with_order_one || !system.settings().broken.empty();
   return acted;
 }
 
@@ -260,12 +260,19 @@ void StepDoubling::compare_broken(const RefinedRun& shadow, RunDeviation& result
   }
 }
 
-// Ties break at the ends of steps: two runs with ends in common may break one at the same moment,
-// late by up to a step. The run with steps that end in between breaks it half a step sooner or
-// later, so that twice its distance is the error of a whole one.
+// Ties break at the ends of steps, and there contact that began in them goes on as rest, opens, or
+// holds: two runs with ends in common may do so at the same moment, late by up to a step. The run
+// with steps that end in between does it half a step sooner or later, so that twice its distance is
+// the error of a whole one. Steps of adaptive methods end at impacts, as well as these are located.
 void StepDoubling::compare_shifted(std::size_t frames, const std::function<bool()>& stop,
                                    RunDeviation& result) const {
-  if (run_->settings().broken == start_.settings->broken) return;
+  constexpr double kLocated = 1e-7;  // m, in units of the place: what the tolerance of gaps becomes
+  const bool broke = run_->settings().broken != start_.settings->broken;
+  const bool touched = contact_of(*run_).colliders;
+  if (touched && run_->integrator_info().adaptive)
+    result.error = std::max(
+        result.error, kLocated * std::max(1.0, largest_number(frames_.back().seen.x)));
+  if (!broke && (!touched || run_->integrator_info().adaptive)) return;
   RefinedRun shifted = make_refined_run(
       {.steps_per_step = 1, .method = run_->settings().method.choice(), .shifted = true});
   if (!follow(shifted, frames, stop)) {
@@ -393,12 +400,13 @@ std::optional<StepDoubling::Differences> StepDoubling::coarser(
 // run with h / k by err (1 - k^-p) (Richardson 1911). p follows from both, at most the order of the
 // method: friction or a kink lower it. A p near 0, for differences that do not shrink with the
 // step, leaves a factor of kMostFactor. In contact C changes from step to step: either difference
-// may be small by chance, so that the larger error counts, twice; and if the second is much
-// smaller, half the step of the refined run is tried as well.
+// may be small by chance, so that the larger error counts, twice, and with a tolerance three times; and
+// if the second is much smaller, half the step of the refined run is tried as well.
 double StepDoubling::error_factor(const RefinedRun& shadow,
                                   const std::function<bool()>& stop) const {
-  constexpr double kMostFactor = 4, kByChance = 2, kNearly = 0.75, kUnlikely = 3;
+  constexpr double kMostFactor = 4, kNearly = 0.75, kUnlikely = 3;
   const IntegratorInfo info = run_->integrator_info();
+  const double by_chance = info.adaptive ? 3 : 2;
   const double finer = info.adaptive ? kSharper : shadow.plan().steps_per_step / steps_inside();
   const double coarser = info.adaptive ? kSharper : 2;
   const Acted contact = contact_of(*run_);
@@ -419,9 +427,9 @@ double StepDoubling::error_factor(const RefinedRun& shadow,
     (ratio(p) < far ? low : high) = p;
   }
   if (!contact.any) return factor(low);
-  const double told = std::min(kByChance * factor(low), kMostFactor);
+  const double told = std::min(by_chance * factor(low), kMostFactor);
   if (!(far > kUnlikely * ratio(order)))
-    return std::max(told, kByChance * far / (elementary::pow(coarser, low) - 1));
+    return std::max(told, by_chance * far / (elementary::pow(coarser, low) - 1));
   RefinedRun finest = make_refined_run({.steps_per_step = 2 * shadow.plan().steps_per_step});
   follow(finest, shadow.path().size() + 1, stop);
   double most = seen->finer;
