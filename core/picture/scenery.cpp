@@ -399,6 +399,11 @@ std::vector<std::string> Scenery::warnings(const Moment& moment) const {
   return lines;
 }
 
+// A light plate behind words that may lie on the scene.
+void add_plate(Picture& picture, float x, float y, float width, float height) {
+  picture.patches.push_back({x, y, width, height, {0xFFFFFF}, 0.8F});
+}
+
 // Above on the left what is seen, below on the right the scale of the colours.
 void Scenery::words(Picture& picture, const Moment& moment) const {
   std::vector<std::string> lines = caption_;
@@ -413,6 +418,12 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
     if (same) lines[1] += "   " + first.method + ", h = " + brief(first.h, 3) + " s";
   }
   if (models_.size() == 1 && !moment.front().note.empty()) lines.push_back(moment.front().note);
+  if (!caption_.empty()) {
+    float widest = 0;
+    for (const std::string& line : lines)
+      widest = std::max(widest, raster::text_width(line) * (&line == lines.data() ? 15.0F : 12.0F));
+    add_plate(picture, 12, 10, widest + 22, 25 * static_cast<float>(lines.size()) + 8);
+  }
   float y = 34;
   for (std::size_t i = 0; i < lines.size(); ++i, y += 25)
     picture.texts.push_back({lines[i], 22, y, i == 0 ? 15.0F : 12.0F, 0x2B323A, 0, i == 0});
@@ -457,6 +468,7 @@ void Scenery::words(Picture& picture, const Moment& moment) const {
   std::vector<unsigned> ramp;
   for (int i = 0; i < 64; ++i) ramp.push_back(scale_.screen(i / 63.0));
   const float left = width - 262, top = static_cast<float>(look_.height) / scale - 48;
+  add_plate(picture, left - 12, top - 32, 262, 76);
   picture.patches.push_back({left, top, 240, 14, ramp, 1});
   const std::string unit = scale_.unit.empty() ? "" : " " + scale_.unit;
   const auto number = [&](double s) { return brief(s * scale_.factor * scale_.most, 3); };

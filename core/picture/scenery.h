@@ -63,7 +63,11 @@ class Scenery {
 // The colour of the springs of a family, 0xRRGGBB: the i-th of a model.
 unsigned family_colour(std::size_t i);
 
-// Adds a box or a capsule to a picture; others have forms of their own.
+// Edges of a mesh that stay sharp, as pairs of its points: those where two faces that are turned by
+// more than 40 degrees meet, and those of one face.
+std::vector<std::array<int, 2>> sharp_edges(const RigidShape& mesh);
+
+// Adds a solid to a picture, its sharp edges as lines; of a room the edges alone.
 void add_solid(Picture& picture, const RenderShape& solid, const Viewpoint& viewpoint,
                const Vec3& offset, int skin);
 

@@ -1,5 +1,6 @@
 // Solids of a picture: balls, boxes and capsules of triangles, planes as a large square.
 #include <algorithm>
+#include <map>
 
 #include "core/geometry/rigid_shape.h"
 #include "core/picture/scenery.h"
@@ -101,13 +102,77 @@ void add_triangles(MeshMaker& mesh, const RenderShape& solid) {
   }
 }
 
+// The lines along the edges of a box or a mesh: without them stones of a wall are one.
+class Outline {
+ public:
+  Outline(Picture& picture, const RenderShape& solid, const Viewpoint& viewpoint,
+          const Vec3& offset)
+      : picture_(picture), solid_(solid), viewpoint_(viewpoint), offset_(offset) {}
+
+  void box() const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const double v : {-1.0, 1.0})
+        for (const double w : {-1.0, 1.0}) {
+          Vec3 end(0, 0, 0);
+          end[(axis + 1) % 3] = v, end[(axis + 2) % 3] = w;
+          Vec3 other = end;
+          end[axis] = -1, other[axis] = 1;
+          line(end, other);
+        }
+  }
+  void mesh() const {
+    for (const auto& [a, b] : sharp_edges(*solid_.mesh))
+      line(solid_.mesh->points[static_cast<std::size_t>(a)],
+           solid_.mesh->points[static_cast<std::size_t>(b)]);
+  }
+
+ private:
+  V3 place(const Vec3& p) const {
+    return viewpoint_.point(solid_.center + p[0] * solid_.axes[0] + p[1] * solid_.axes[1] +
+                            p[2] * solid_.axes[2] + offset_);
+  }
+  void line(const Vec3& a, const Vec3& b) const {
+    const unsigned rgb = solid_.inside ? 0x6B7078 : solid_.body ? 0x7A4F24 : 0x4B5868;
+    picture_.lines.push_back({place(a), place(b), 1, colour(rgb), !solid_.inside});
+  }
+
+  Picture& picture_;
+  const RenderShape& solid_;
+  const Viewpoint& viewpoint_;
+  const Vec3& offset_;
+};
+
 }  // namespace
+
+std::vector<std::array<int, 2>> sharp_edges(const RigidShape& mesh) {
+  constexpr double kSharp = 0.766;          // cosine of 40 degrees
+  std::map<std::array<int, 2>, Vec3> open;  // with the normal of the one face so far
+  std::vector<std::array<int, 2>> sharp;
+  const auto at = [&](int i) { return mesh.points[static_cast<std::size_t>(i)]; };
+  for (const auto& t : mesh.triangles) {
+    const Vec3 normal = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::array<int, 2> edge{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])};
+      const auto [other, first] = open.try_emplace(edge, normal);
+      if (first) continue;
+      if (other->second.dot(normal) < kSharp) sharp.push_back(edge);
+      open.erase(other);
+    }
+  }
+  for (const auto& [edge, normal] : open) sharp.push_back(edge);
+  return sharp;
+}
 
 void add_solid(Picture& picture, const RenderShape& solid, const Viewpoint& viewpoint,
                const Vec3& offset, int skin) {
   MeshMaker mesh(picture, viewpoint, offset, skin);
+  const Outline outline(picture, solid, viewpoint, offset);
   const auto whole = [](const Vec3& p) { return p.allFinite(); };
-  if (!whole(solid.center) || !std::ranges::all_of(solid.axes, whole) || solid.inside) return;
+  if (!whole(solid.center) || !std::ranges::all_of(solid.axes, whole)) return;
+  if (solid.inside) {
+    if (solid.form == RenderShape::Form::kBox) outline.box();
+    return;
+  }
   switch (solid.form) {
     case RenderShape::Form::kNone:
       return;
@@ -133,12 +198,14 @@ void add_solid(Picture& picture, const RenderShape& solid, const Viewpoint& view
       return;
     }
     case RenderShape::Form::kBox:
-      return add_box(mesh, solid);
+      add_box(mesh, solid);
+      return outline.box();
     case RenderShape::Form::kCapsule:
       return add_capsule(mesh, solid);
     case RenderShape::Form::kMesh:
-      if (solid.mesh) add_triangles(mesh, solid);
-      return;
+      if (!solid.mesh) return;
+      add_triangles(mesh, solid);
+      return outline.mesh();
   }
 }
 

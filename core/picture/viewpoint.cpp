@@ -37,6 +37,17 @@ Reach reach_of(const Model& model, const Moments& moments, std::size_t system) {
   return {start.middle(), start.size() > 0 ? 30 * start.size() : 1e100};
 }
 
+// The four lowest corners of a room: what is in it will flow there, while its walls may be high.
+void add_floor(const RenderShape& room, const Vec3& up, std::vector<Vec3>& points) {
+  if (room.form != RenderShape::Form::kBox) return;
+  std::array<Vec3, 3> half = room.axes;
+  std::ranges::sort(half, {}, [&](const Vec3& axis) { return std::abs(axis.dot(up)); });
+  const Vec3 down = half[2].dot(up) > 0 ? Vec3(-1 * half[2]) : half[2];
+  for (const double u : {-1.0, 1.0})
+    for (const double v : {-1.0, 1.0})
+      points.push_back(room.center + down + u * half[0] + v * half[1]);
+}
+
 // The points of one system that a picture has to show, a cloud in m.
 std::vector<Vec3> cloud_of(const Model& model, const Moments& moments, std::size_t system,
                            const Reach& reach, std::size_t most) {
@@ -54,8 +65,11 @@ std::vector<Vec3> cloud_of(const Model& model, const Moments& moments, std::size
         if (reach.holds(p)) points.push_back(p);
       }
     for (const RenderShape& solid : frame.solids) {
-      if (solid.inside || solid.form == RenderShape::Form::kPlane ||
-          solid.form == RenderShape::Form::kNone)
+      if (solid.inside) {
+        add_floor(solid, model.up, points);
+        continue;
+      }
+      if (solid.form == RenderShape::Form::kPlane || solid.form == RenderShape::Form::kNone)
         continue;
       for (const Vec3& axis : solid.axes) {
         const bool round =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ranges>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -17,7 +18,9 @@ namespace {
 
 constexpr std::size_t kMostPanels = 16;
 constexpr int kPanelWidth = 640, kPanelHeight = 540, kMostWidth = 1920;  // pixels
-constexpr double kLost = 0.5;  // sizes of the scene: a run that is off by more shows nothing
+constexpr double kLost = 0.5;     // sizes of the scene: a run that is off by more shows nothing
+constexpr double kInSight = 0.5;  // sizes that a particle of a panel may be off
+constexpr double kSame = 0.02;    // sizes that nobody sees
 constexpr std::int64_t kStepsInOne = 4096;  // between looks at signals
 
 double largest_of(const std::vector<double>& values) { return *std::ranges::max_element(values); }
@@ -50,6 +53,13 @@ struct Comparison::Runner {
   double off = 0;                // how far that is off, of a quantity the largest of the frames
 
   bool diverged() const { return !std::isnan(diverged_at); }
+
+  // The last frame in which no particle is further off than this, m; else the first one.
+  const Frame& last_within(double error) const {
+    for (const Frame& frame : frames | std::views::reverse)
+      if (largest_of(frame.values) <= error) return frame;
+    return frames.front();
+  }
 };
 
 Comparison::Comparison(ComparisonTask task)
@@ -281,8 +291,8 @@ bool Comparison::run(const study::Watch& watch) {
       } else if (!runner.diverged()) {
         return false;
       }
-      if (runner.diverged()) {  // it stands where it ended
-        runner.frames.push_back(runner.frames.back());
+      if (runner.diverged()) {  // it stands where it was last in sight
+        runner.frames.push_back(Frame(runner.last_within(kInSight * size_)));
         runner.frames.back().t = t;
         runner.frames.back().note = "diverged at t = " + brief(runner.diverged_at, 3) + " s";
       }
@@ -319,6 +329,10 @@ void Comparison::write(const std::vector<std::string>& files, const LookSpec& lo
   task.stop = stop;
   task.panels.stage = stage_;
   for (const Runner& runner : runners_) {
+    for (const Frame& frame : runner.frames)
+      if (const double off = largest_of(frame.values);
+          off > kSame * size_ && (off <= kInSight * size_ || !runner.diverged()))
+        task.panels.stage.push_back({frame});
     task.models.push_back(model_);
     task.models.back().name = runner.method;
     task.models.back().method = runner.method;

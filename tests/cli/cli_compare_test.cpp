@@ -1,6 +1,7 @@
 // sim compare: methods side by side, each with its error.
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <sstream>
 
 #include "tests/cli/json_check.h"
 #include "tests/cli/program.h"
@@ -134,6 +135,35 @@ TEST_CASE("sim compare says where a method is lost, and goes on with the others"
   CHECK(methods[1].at("diverged_at").number > 0.1);
   CHECK(methods[1].at("diverged_at").number < 1);
   CHECK(methods[1].at("error").kind == Json::Kind::kNull);
+}
+
+// The cloth has a side of 0.875 m, and its size is about 1.2 m: no particle is shown further than
+// half of that from where it should be.
+TEST_CASE("a method that is lost stands where its panel still shows it") {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run_sim({"compare", "scenes/cloth.lua", "-i", "euler", "-i", "rk4", "--out", "c.csv"},
+              {.folder = folder.path()});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  REQUIRE(outcome.out.find("diverged") != std::string::npos);
+  std::istringstream rows(read_text(folder.path() / "c.csv"));
+  std::string row;
+  std::getline(rows, row);
+  REQUIRE(row.starts_with("system,step,t,particle,x,y,z"));
+  int seen = 0;
+  while (std::getline(rows, row)) {
+    if (!row.starts_with("euler")) continue;
+    std::istringstream cells(row);
+    std::string cell;
+    double last_t = 0;
+    for (int column = 0; column < 7 && std::getline(cells, cell, ','); ++column) {
+      if (column == 2) last_t = std::stod(cell);
+      if (column >= 4 && last_t > 1.5) CHECK(std::abs(std::stod(cell)) < 2);
+    }
+    ++seen;
+  }
+  CHECK(seen > 64 * 50);
 }
 
 TEST_CASE("sim compare refuses what it cannot show") {

@@ -136,6 +136,8 @@ TEST_CASE("a live page tells bodies from other solids", "[output]") {
   }
   std::ranges::sort(bodies);
   CHECK(bodies == std::vector<std::string>{"body", "collider"});
+  // The four particles of the body, behind the free one, are not drawn beside it.
+  CHECK(html.find("\"covered\":[1,4]") != std::string::npos);
 
   // Each is where it is at a moment, whatever else is known.
   std::vector<sim::Moment> moments{moment};

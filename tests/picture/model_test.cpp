@@ -125,6 +125,28 @@ TEST_CASE("the eye sees all that moves, and stays where it is") {
   }
 }
 
+TEST_CASE("the eye sees the floor of a room that has yet to be filled") {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local p = sim.particles { mass = 1 }\np:add {-2, 0.1, 0}\n"
+      "return sim.scene { particles = p, integrator = 'verlet', dt = 0.01, duration = 1,\n"
+      "  forces = { sim.force.gravity { g = {0, -9.81, 0} } }, colliders = { sim.collider.box {\n"
+      "    center = {0, 10, 0}, half = {3, 10, 1}, inside = true } } }\n");
+  sim::Simulation system(scene.systems[0], registry);
+  const std::vector<Model> models{sim::make_model(scene.systems[0], system)};
+  const std::vector<sim::Moment> moments{{sim::take_frame(system)}};
+  const sim::Viewpoint viewpoint = sim::make_viewpoint(models, moments, {});
+  for (const double y : {0.0, 20.0})
+    for (const double x : {-3.0, 3.0})
+      for (const double z : {-1.0, 1.0}) {
+        const sim::V3 d = viewpoint.point({x, y, z}) - viewpoint.eye.at;
+        const float deep = dot(d, viewpoint.eye.forward),
+                    up = std::abs(dot(d, viewpoint.eye.up)) * viewpoint.eye.focal,
+                    right = std::abs(dot(d, viewpoint.eye.right)) * viewpoint.eye.focal;
+        CHECK((up < deep && right < deep * 16 / 9) == (y == 0));  // the walls may be high
+      }
+}
+
 // Each system stands to the right of the one before, and all are in the picture.
 TEST_CASE("systems side by side do not overlap, and the eye sees them all") {
   Seen seen = cloth(6, 100);

@@ -156,12 +156,60 @@ TEST_CASE("a solid of triangles has those, and a ball is none") {
   CHECK(round.picture.balls[0].centre.z == static_cast<float>(0.125 * (1 + 4 + 1)));
 }
 
+TEST_CASE("of a room the twelve edges are drawn, and of a box its outline") {
+  RenderShape box{.form = RenderShape::Form::kBox, .center = {1, 2, 3}};
+  const Vec3 half(0.5, 1, 0.25);
+  for (std::size_t k = 0; k < 3; ++k) box.axes[k] = half[k] * kAxes[k];
+  for (const bool room : {false, true}) {
+    box.inside = room;
+    const SolidMesh mesh(box);
+    CHECK(mesh.picture.triangles.size() == (room ? 0 : 12));
+    REQUIRE(mesh.picture.lines.size() == 12);
+    std::array<int, 3> along{};  // each axis
+    for (const sim::PictureLine& line : mesh.picture.lines) {
+      const auto corner = [&](const sim::V3& p) {
+        return Vec3(p.x, p.y, p.z) / mesh.viewpoint.scale + mesh.viewpoint.origin - kOffset -
+               box.center;
+      };
+      const Vec3 a = corner(line.a), b = corner(line.b);
+      for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(std::abs(kAxes[k].dot(a)) == Approx(half[k]).epsilon(1e-5));
+        CHECK(std::abs(kAxes[k].dot(b)) == Approx(half[k]).epsilon(1e-5));
+        along[k] += kAxes[k].dot(a) * kAxes[k].dot(b) < 0;
+      }
+    }
+    CHECK(along == std::array<int, 3>{4, 4, 4});
+  }
+}
+
+// A cube of twelve triangles has diagonals on its sides. A roof whose halves are turned by 30
+// degrees has no ridge, one of 50 degrees has.
+TEST_CASE("edges of a mesh are sharp where its faces are turned by 40 degrees") {
+  sim::RigidShape cube;
+  for (int i = 0; i < 8; ++i) cube.points.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+  for (const auto& [a, b, c, d] :
+       {std::array{0, 2, 3, 1}, std::array{4, 5, 7, 6}, std::array{0, 1, 5, 4},
+        std::array{2, 6, 7, 3}, std::array{0, 4, 6, 2}, std::array{1, 3, 7, 5}}) {
+    cube.triangles.push_back({a, b, c});
+    cube.triangles.push_back({a, c, d});
+  }
+  const auto edges = sim::sharp_edges(cube);
+  CHECK(edges.size() == 12);
+  for (const auto& [a, b] : edges)
+    CHECK((cube.points[static_cast<std::size_t>(a)] - cube.points[static_cast<std::size_t>(b)])
+              .norm() == 1);
+  for (const double degrees : {30, 50}) {
+    const double fall = std::tan(degrees / 2 * 3.14159265358979 / 180);
+    sim::RigidShape roof;
+    roof.points = {{0, 0, 0}, {0, 0, 1}, {1, -fall, 0}, {-1, -fall, 0}};
+    roof.triangles = {{0, 1, 2}, {1, 0, 3}};
+    CHECK(sim::sharp_edges(roof).size() == (degrees > 40 ? 5 : 4));  // with the four of its border
+  }
+}
+
 TEST_CASE("what is hollow or nowhere is not drawn") {
   RenderShape box{.form = RenderShape::Form::kBox};
   CHECK(SolidMesh(box).size() == 24);
-  box.inside = true;
-  CHECK(SolidMesh(box).size() == 0);
-  box.inside = false;
   for (const double bad : {std::nan(""), HUGE_VAL}) {
     RenderShape nowhere = box;
     nowhere.center[1] = bad;
@@ -169,5 +217,7 @@ TEST_CASE("what is hollow or nowhere is not drawn") {
     nowhere = box;
     nowhere.axes[2][0] = bad;
     CHECK(SolidMesh(nowhere).size() == 0);
+    nowhere.inside = true;
+    CHECK(SolidMesh(nowhere).picture.lines.empty());
   }
 }

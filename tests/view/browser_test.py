@@ -211,6 +211,20 @@ def test_panels(browser, server):
     other.close()
 
 
+def test_bodies(browser, server):
+    """Of a body its solid is drawn alone, and it is held by it."""
+    tab = open_page(browser, server)
+    assert tab.js("sim.M[0].loose.length") == 0
+    assert tab.js("sim.M[0].solids.filter(s=>s.edges&&s.edges.length).length") == 15
+    # The keystone, at its middle, where there is no particle.
+    x, y = tab.js("(s=>sim.pixel({x:[0,1,2].map(c=>s.at[0][c]+[0,1,2].reduce((sum,a)=>sum+"
+                  "s.axes[0][3*a+c]*s.mesh.filter((v,i)=>i%3==a).reduce((p,v)=>p+v,0)/36,0))},0))"
+                  "(sim.M[0].solids[7])")
+    held = tab.js(f"sim.under({x},{y}).i")
+    assert 28 <= held < 32, held
+    tab.close()
+
+
 def test_colours(browser, server):
     """C goes round; errors, modes and energies come from sim, the same for all pages."""
     tab, other = open_page(browser, server), open_page(browser, server)
@@ -368,6 +382,7 @@ if __name__ == "__main__":
         run(chromium, test_tabs)
         run(chromium, test_switches_and_world, "scenes/sample.lua")
         run(chromium, test_wind, "scenes/flag.lua")
+        run(chromium, test_bodies, "scenes/arch.lua")
         run(chromium, test_colours)
         run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_too_many)

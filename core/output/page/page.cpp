@@ -11,6 +11,7 @@
 #include "core/output/deflate.h"
 #include "core/output/format.h"
 #include "core/output/page/markup.h"
+#include "core/picture/scenery.h"
 #include "core/picture/trail.h"
 
 namespace sim {
@@ -63,6 +64,21 @@ void append_structure(const Model& model, std::string& data) {
     for (const auto& ends : family.ends) append_bytes(data, std::span<const int>(ends));
     for (const double rest : family.rest) append_bytes(data, static_cast<float>(rest));
   }
+}
+
+// The particles that something else is drawn for than triangles between them: the first of a row
+// and their number, row after row.
+std::string covered_json(const Model& model) {
+  const std::vector<bool> covered = model.in_triangles();
+  std::vector<double> rows;
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    if (!covered[i]) continue;
+    if (i > 0 && covered[i - 1])
+      ++rows.back();
+    else
+      rows.insert(rows.end(), {static_cast<double>(i), 1});
+  }
+  return numbers(rows, 9);
 }
 
 double ball_radius(const Model& model) {
@@ -290,8 +306,7 @@ std::string Page::model_json(std::size_t m, const Box& box) const {
   json.integer("triangles", static_cast<std::int64_t>(model.triangles.size()));
   const std::vector<int> grid(model.grid.begin(), model.grid.end());
   json.json("grid", numbers({grid.begin(), grid.end()}));
-  const bool block = std::ranges::min(grid) > 1 && !model.triangles.empty();
-  json.integer("block", block ? grid[0] * grid[1] * grid[2] : 0);
+  json.json("covered", covered_json(model));
   json.json("pinned", numbers({model.pinned.begin(), model.pinned.end()}));
   std::vector<std::string> families;
   std::int64_t springs = 0;
@@ -395,6 +410,12 @@ std::string Page::solids_json(std::size_t m) const {
           for (const double x : first[s].mesh->points[static_cast<std::size_t>(i)])
             corners.push_back(x);
       solid.json("mesh", numbers(corners));
+      std::vector<double> ends;
+      for (const auto& edge : sharp_edges(*first[s].mesh))
+        for (const int i : edge)
+          for (const double x : first[s].mesh->points[static_cast<std::size_t>(i)])
+            ends.push_back(x);
+      solid.json("edges", numbers(ends));
     }
     list.push_back(solid.str());
   }
