@@ -35,6 +35,8 @@ struct Chart {
   std::vector<ChartCurve> curves;
   std::vector<ChartLine> lines;
   std::optional<ChartRing> ring;
+  // Orders p whose slopes, y ~ 1 / x^p, are drawn where no curve is; ascending.
+  std::vector<int> orders = {};
 };
 
 // The whole file. Points that are not finite or not positive are left out; without any the chart is
@@ -47,6 +49,9 @@ struct TimeChart {
   std::vector<ChartCurve> curves;  // (t in s, value); values that are not finite are left out
   bool from_zero = true;           // the axis of values holds 0
   std::string x_name = "t [s]";
+  // The sizes of other quantities over the same times, on an axis of decades below.
+  std::string sizes_name = {};
+  std::vector<ChartCurve> sizes = {};
 };
 
 std::string svg(const TimeChart& chart);

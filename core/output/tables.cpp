@@ -137,7 +137,8 @@ EnergyTable::EnergyTable(const Target& target, std::ostream& standard_output,
     std::string names;
     for (const Simulation* system : scope.systems)
       names += (names.empty() ? "" : ", ") + system->name();
-    chart_ = {"Energy: " + names, "energy [J]", {}};
+    chart_ = {.title = "Energy: " + names, .y_name = "energy [J]", .curves = {}};
+    chart_.sizes_name = "size of drift [J]";
   }
   if (format_ != TableFormat::kCsv) return;
   output_.buffer() += world_ ? "system," : "";
@@ -147,18 +148,19 @@ EnergyTable::EnergyTable(const Target& target, std::ostream& standard_output,
 void EnergyTable::row(const Simulation& system, const Energy& energy, double work, double drift) {
   std::string& out = output_.buffer();
   if (format_ == TableFormat::kSvg) {
-    const auto add = [&](const std::string& name, double value) {
+    const auto add = [&](std::vector<ChartCurve>& curves, const std::string& name, double value) {
       const std::string full = world_ ? system.name() + " " + name : name;
-      auto curve = std::ranges::find(chart_.curves, full, &ChartCurve::name);
-      if (curve == chart_.curves.end()) {
-        chart_.curves.push_back({full, {}});
-        curve = chart_.curves.end() - 1;
+      auto curve = std::ranges::find(curves, full, &ChartCurve::name);
+      if (curve == curves.end()) {
+        curves.push_back({full, {}});
+        curve = curves.end() - 1;
       }
       curve->points.emplace_back(system.t(), value);
     };
-    add("kinetic", energy.kinetic);
-    add("potential", energy.potential);
-    add("total", energy.total());
+    add(chart_.curves, "kinetic", energy.kinetic);
+    add(chart_.curves, "potential", energy.potential);
+    add(chart_.curves, "total", energy.total());
+    add(chart_.sizes, "drift", std::abs(drift));
     return;
   }
   if (format_ == TableFormat::kCsv) {

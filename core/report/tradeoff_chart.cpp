@@ -1,5 +1,7 @@
 #include "core/report/tradeoff_chart.h"
 
+#include <algorithm>
+
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/svg.h"
@@ -32,7 +34,11 @@ std::string chart_of(const study::WorkPrecision& study) {
         drawn.filled.push_back(on_front(study, {c, p}));
         drawn.strong = drawn.strong || drawn.filled.back();
       }
+    const int order = curve.method.info.order;
+    if (drawn.strong && order > 0 && std::ranges::find(chart.orders, order) == chart.orders.end())
+      chart.orders.push_back(order);
   }
+  std::ranges::sort(chart.orders);
   if (study.recommended) {
     const study::Point& chosen = study.at(*study.recommended);
     chart.ring = ChartRing{study.cost(*study.recommended), chosen.rms,

@@ -2,9 +2,11 @@
 #include "core/output/svg.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <regex>
+#include <sstream>
 
 namespace {
 
@@ -104,6 +106,102 @@ TEST_CASE("names on a chart cross no others, wherever the ring is", "[output]") 
           CHECK((each.x - each.half_width > 0 && each.x + each.half_width < 900));
       }
   }
+}
+
+namespace {
+
+// The polylines of a chart, each as its corners.
+std::vector<std::vector<std::array<double, 2>>> paths_of(const std::string& svg) {
+  std::vector<std::vector<std::array<double, 2>>> paths;
+  const std::regex path("<path d=\"M([^\"]*)\"");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), path), end; it != end; ++it) {
+    std::string corners = (*it)[1];
+    std::ranges::replace(corners, 'L', ' ');
+    std::istringstream numbers(corners);
+    paths.emplace_back();
+    for (std::array<double, 2> p{}; numbers >> p[0] >> p[1];) paths.back().push_back(p);
+  }
+  return paths;
+}
+
+// How many of the points of all polylines, every half px, are under the words.
+int covered(const std::vector<std::vector<std::array<double, 2>>>& paths, const Words& words) {
+  int count = 0;
+  for (const auto& path : paths)
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const double dx = path[i][0] - path[i - 1][0], dy = path[i][1] - path[i - 1][1];
+      const double pieces = std::ceil(2 * std::hypot(dx, dy));
+      for (double k = 0; k <= pieces; ++k)
+        count += std::abs(path[i - 1][0] + dx * k / pieces - words.x) < words.half_width &&
+                 std::abs(path[i - 1][1] + dy * k / pieces - words.y) < 5;
+    }
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("words on a chart lie on no curve", "[output]") {
+  for (const int curves : {1, 4, 7}) {
+    sim::Chart chart = chart_of(curves);
+    chart.ring = sim::ChartRing{10, std::pow(10, -0.6), "recommended: one of them"};
+    chart.lines = {{0.05, "a budget", true}};
+    chart.orders = {1, 2, 4};
+    const std::string svg = sim::svg(chart);
+    const auto paths = paths_of(svg);
+    REQUIRE(paths.size() == static_cast<std::size_t>(curves));
+    std::vector<Words> words = words_of(svg);
+    // The name of the line is 12 px high; words of the slopes have 11.
+    const std::regex small("<text x=\"([^\"]*)\" y=\"([^\"]*)\" font-size=\"1[12]\"[^>]*>([^<]+)<");
+    for (std::sregex_iterator it(svg.begin(), svg.end(), small), end; it != end; ++it) {
+      const double half = 0.42 * 7.9 * static_cast<double>((*it)[3].length());
+      words.push_back({(*it)[3], std::stod((*it)[1]) + half, std::stod((*it)[2]) - 4, half});
+    }
+    REQUIRE(words.size() >= static_cast<std::size_t>(curves) + 2 + 4);
+    for (const Words& each : words) {
+      INFO(curves << " curves: " << each.text);
+      CHECK(covered(paths, each) == 0);
+    }
+  }
+}
+
+// A curve that falls as 1 / x^p is parallel to the line of its order.
+TEST_CASE("the slopes of orders are those of curves of these orders", "[output]") {
+  sim::Chart chart;
+  for (const int order : {1, 4}) {
+    sim::ChartCurve& curve = chart.curves.emplace_back();
+    curve.name = std::to_string(order);
+    for (const double x : {1.0, 10.0, 100.0}) curve.points.emplace_back(x, std::pow(x, -order));
+  }
+  chart.orders = {1, 4};
+  const std::string svg = sim::svg(chart);
+  const auto lines = numbers_of(svg,
+                                "<line x1=\"([^\"]*)\" y1=\"([^\"]*)\" x2=\"([^\"]*)\" "
+                                "y2=\"([^\"]*)\" stroke=\"#9ca3af\"/>\n<text");
+  const auto paths = paths_of(svg);
+  REQUIRE((lines.size() == 2 && paths.size() == 2));
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double own = (lines[k][3] - lines[k][1]) / (lines[k][2] - lines[k][0]);
+    const double curve = (paths[k][2][1] - paths[k][0][1]) / (paths[k][2][0] - paths[k][0][0]);
+    CHECK(own == Approx(curve).epsilon(1e-2));  // coordinates have two decimals
+  }
+}
+
+TEST_CASE("sizes below a chart over time stand on decades", "[output]") {
+  sim::TimeChart chart{.title = "x", .y_name = "m", .curves = {{"a", {{0, 0}, {3, 1}}}}};
+  const std::string plain = sim::svg(chart);
+  chart.sizes_name = "size of drift [J]";
+  chart.sizes = {{"drift", {{0, 0}, {1, 1e-6}, {2, 1e-4}, {3, 1e-2}}}};
+  const std::string svg = sim::svg(chart);
+  CHECK(svg.find("size of drift [J]") != std::string::npos);
+  const auto paths = paths_of(svg);
+  REQUIRE(paths.size() == 2);
+  REQUIRE(paths[1].size() == 4);
+  const auto& drift = paths[1];
+  CHECK(drift[1][1] - drift[2][1] == Approx(drift[2][1] - drift[3][1]).margin(0.02));
+  CHECK(drift[0][1] > drift[1][1]);  // 0, on the floor
+  CHECK(drift[2][0] - drift[1][0] == Approx(drift[1][0] - drift[0][0]).margin(0.02));
+  CHECK(drift[3][1] > 380);  // below the chart, which stays as it was
+  CHECK(paths[0] == paths_of(plain)[0]);
 }
 
 TEST_CASE("an axis of time has between three and seven spaces of round size", "[output]") {

@@ -225,6 +225,31 @@ def test_bodies(browser, server):
     tab.close()
 
 
+def test_surface(browser, server):
+    """Water as a surface: closed, around as much room as the water has."""
+    tab = open_page(browser, server)
+    tab.js("sim.say('pause');sim.say('reset')")
+    tab.until("!sim.state.playing&&" + STEP + "==0")
+    assert not tab.js("document.getElementById('skin').hidden")
+    volume, open_edges, points, most = tab.js("""(()=>{const m=sim.M[0],
+s=sim.skin(m,m.x.map(()=>3)),t=s.tri,p=i=>[0,1,2].map(c=>s.x[3*i+c]),ends=new Map;let sum=0;
+for(let k=0;k<t.length;k+=3){const[a,b,c]=[0,1,2].map(j=>p(t[k+j]));
+sum+=(a[0]*(b[1]*c[2]-b[2]*c[1])+a[1]*(b[2]*c[0]-b[0]*c[2])+a[2]*(b[0]*c[1]-b[1]*c[0]))/6;
+for(let j=0;j<3;++j){const a=t[k+j],b=t[k+(j+1)%3],e=Math.min(a,b)+','+Math.max(a,b);
+ends.set(e,(ends.get(e)||0)+(a<b?1:-1))}}
+return[sum/sim.H.scale**3,[...ends.values()].filter(v=>v).length,s.x.length/3,
+Math.max(...s.v.map(v=>Math.abs(v-3)))]})()""")
+    assert abs(volume / (0.2 * 0.4 * 0.2) - 1) < 0.15, volume
+    assert open_edges == 0 and points > 500 and most < 1e-5, (open_edges, points, most)
+    balls = tab.js(COVERED)
+    tab.js("document.getElementById('skin').click()")
+    tab.js("new Promise(done=>setTimeout(()=>requestAnimationFrame(done),300)).then(()=>1)")
+    assert 0.5 < tab.js(COVERED) / balls < 2
+    assert tab.js("document.getElementById('skin').className") == "on"
+    assert not exceptions(tab)
+    tab.close()
+
+
 def test_colours(browser, server):
     """C goes round; errors, modes and energies come from sim, the same for all pages."""
     tab, other = open_page(browser, server), open_page(browser, server)
@@ -383,6 +408,7 @@ if __name__ == "__main__":
         run(chromium, test_switches_and_world, "scenes/sample.lua")
         run(chromium, test_wind, "scenes/flag.lua")
         run(chromium, test_bodies, "scenes/arch.lua")
+        run(chromium, test_surface, "scenes/dam.lua", "-s", "layers=6")
         run(chromium, test_colours)
         run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_too_many)
