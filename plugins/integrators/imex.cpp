@@ -25,7 +25,7 @@ class Imex final : public sim::Integrator {
   explicit Imex(const sim::Params& params) : plan_(plan_of(params)) {}
 
   sim::IntegratorInfo info() const noexcept override {
-    return {.order = 2, .needs_second_order = true, .symplectic = true, .implicit = true};
+    return {.order = 2, .needs_second_order = true, .implicit = true};
   }
 
   void prepare(sim::OdeSystem& system) override {
@@ -115,13 +115,17 @@ SIM_PLUGIN(Integrator, "imex") {
        .summary = "implicit in stiff forces alone, verlet in the rest: for a few stiff springs "
                   "among many soft ones",
        .formula = "v += h/2 a_soft(t, q)\n"
-                  "implicit midpoint:  v_mid = v + h/2 a_stiff(q + h/2 v_mid),  q += h v_mid,  v = "
-                  "2 v_mid - v\n"
+                  "stiff springs:  v_mid = v + h/2 a,  q_next = q + h v_mid,  v = 2 v_mid - v,\n"
+                  "  m a = -k (1 - 2 rest / (|d| + |d_next|)) (d + d_next) / 2, which keeps their "
+                  "energy;\n"
+                  "  from h omega = 10 on what rings from step to step is damped\n"
+                  "other stiff forces, or with contact:  implicit midpoint\n"
                   "v += h/2 a_soft(t + h, q)\n"
                   "a spring is stiff where k (1/m_a + 1/m_b) > cut^2, with the largest cut that "
                   "leaves a soft part\n"
                   "on which verlet is stable; stiff = true or false of a force says it",
-       .source = "Stern & Grinspun (2009), Multiscale Model. Simul. 7(4), 1779-1794",
+       .source = "Stern & Grinspun (2009), Multiscale Model. Simul. 7(4), 1779-1794; Gonzalez "
+                 "(1996), J. Nonlinear Sci. 6, 449-467",
        .params = {{.name = "tol",
                    .default_value = 0.0,
                    .doc = "residual of the equations at the end, relative to the one at the start; "
@@ -131,9 +135,9 @@ SIM_PLUGIN(Integrator, "imex") {
                   {.name = "substeps",
                    .type = sim::ParamType::kInteger,
                    .default_value = std::int64_t{0},
-                   .doc = "equal steps of the midpoint rule between two kicks; 0: so many that the "
-                          "fastest stiff spring has h omega <= 100 in each, for very stiff springs "
-                          "that fold",
+                   .doc =
+                       "equal implicit steps between two kicks; 0: one, or, by the midpoint rule, "
+                       "so many that the fastest stiff spring has h omega <= 100 in each",
                    .min = 0,
                    .max = 1000}}},
       [](const sim::Params& params) { return std::make_unique<Imex>(params); }});

@@ -15,17 +15,18 @@ namespace sim {
 class OdeSystem;
 
 struct ImplicitExplicitPlan {
-  SplitPlan soft;      // kick, drift, kick; implicit stages take the place of the drift
-  StageOptions stiff;  // of the implicit midpoint rule
-  int substeps = 0;    // equal steps of it between the kicks; 0: as the stiffness asks for
+  SplitPlan soft;      // kick, drift, kick; implicit steps take the place of the drift
+  StageOptions stiff;  // of the implicit steps
+  int substeps = 0;    // equal ones between the kicks; 0: as the stiffness asks for
 };
 
 // f = f_soft + f_stiff of q' = v, v' = a(t, q) - gamma v, and a step of both parts:
-//   kick by a_soft, h/2;  implicit midpoint on q' = v, v' = a_stiff(q);  kick by a_soft, h/2
-// Order 2, symplectic, and stable for any stiffness of the stiff part if verlet is stable on the
-// soft part: on linear springs it is verlet with the mass matrix M + h^2/4 K_stiff. Drag is in the
-// kicks, as an exact flow. Zhang & Skeel (1997), Stern & Grinspun (2009), Multiscale Model. Simul.
-// 7(4), 1779-1794. A system that knows its parts makes it; all memory is its own.
+//   kick by a_soft, h/2;  an implicit step of q' = v, v' = a_stiff(q);  kick by a_soft, h/2
+// Order 2, and stable for any stiffness of the stiff part if verlet is stable on the soft part: on
+// linear springs it is verlet with the mass matrix M + h^2/4 K_stiff. Drag is in the kicks, as an
+// exact flow. Zhang & Skeel (1997), Stern & Grinspun (2009), Multiscale Model. Simul. 7(4),
+// 1779-1794, with the implicit midpoint rule, which makes it symplectic; a system may keep the
+// energy of the stiff part instead. A system that knows its parts makes it; all memory is its own.
 class ImplicitExplicitStepper {
  public:
   virtual ~ImplicitExplicitStepper() = default;

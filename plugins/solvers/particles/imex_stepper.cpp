@@ -79,6 +79,7 @@ void ImexStepper::make(const Partition& partition, const double* x) {
   partition_ = partition;
   count_ = parts_.count(partition);
   verlet_.reset();
+  springs_.reset();
   solver_.reset();
   soft_.reset();
   stiff_.reset();
@@ -98,27 +99,31 @@ void ImexStepper::make(const Partition& partition, const double* x) {
     pool = own_pool_.get();
   }
   stiff_ = parts_.stiff_system(partition, ids_, x, *pool);
-  StageOptions options = plan_.stiff;
-  const bool chooses = options.solver == StageOptions::Solver::kAuto;
-  if (chooses && !contact_ && stiff_->other_forces().empty() && factor_is_sparse(*stiff_))
-    options.solver = StageOptions::Solver::kDirect;
-  solver_ = std::make_unique<NewtonSolver>(
-      *stiff_, options, [this] { return system_->stopped(); }, contact_);
-  // The midpoint rule preserves lengths at the middle of its steps. At the ends they oscillate, the
-  // more the stiffer a rotating spring is, and take energy from the motion: a stage is divided into
-  // substeps.
-  substeps_ =
-      plan_.substeps > 0 || contact_
-          ? std::max(1, plan_.substeps)
-          : std::clamp(
-                static_cast<int>(std::ceil(partition.step * count_.fastest_stiff / kRinging)), 1,
-                kMostSubsteps);
+  make_solver();
   a_ = Array(half_.size());
   if (soft_->needs_velocities()) v_half_ = Array(half_.size());
   r_ = Array(stiff_->layout().size());
   y_ = Array(stiff_->layout().size());
   for (Array* array : {&keeps_[0], &keeps_[1], &gains_[0], &gains_[1]}) *array = Array(one_.size());
   internal_.emplace(*soft_);
+}
+
+// The midpoint rule is left where there is contact, another force than springs, or a graph that
+// fills up: it preserves lengths at the middle of its steps. At the ends they oscillate, the more
+// the stiffer a rotating spring is, and take energy from the motion: a stage is divided into
+// substeps.
+void ImexStepper::make_solver() {
+  const auto stopped = [this] { return system_->stopped(); };
+  substeps_ = std::max(1, plan_.substeps);
+  if (!contact_ && stiff_->other_forces().empty() && factor_is_sparse(*stiff_)) {
+    springs_ = std::make_unique<DiscreteGradientSolver>(*stiff_, plan_.stiff.tolerance, stopped);
+    return;
+  }
+  solver_ = std::make_unique<NewtonSolver>(*stiff_, plan_.stiff, stopped, contact_);
+  if (plan_.substeps == 0 && !contact_) {
+    const double ringing = partition_.step * count_.fastest_stiff / kRinging;
+    substeps_ = std::clamp(static_cast<int>(std::ceil(ringing)), 1, kMostSubsteps);
+  }
 }
 
 void ImexStepper::restart() {
@@ -219,8 +224,9 @@ void ImexStepper::kick(double t, double* state, bool first) {
   change(0, now, v.data());
 }
 
-// Implicit midpoint from (q, v): v_mid = v + h/2 a_stiff(q + h/2 v_mid), then q + h v_mid and 2
-// v_mid - v. Particles without stiff forces drift.
+// A step that keeps the energy of stiff springs, or implicit midpoint from (q, v):
+//   v_mid = v + h/2 a_stiff(q + h/2 v_mid),  q + h v_mid,  2 v_mid - v
+// Particles without stiff forces drift.
 StepStatus ImexStepper::drift(double t, double h, double* state) {
   const Layout& layout = particles_->layout();
   const Layout& few = stiff_->layout();
@@ -236,9 +242,10 @@ StepStatus ImexStepper::drift(double t, double h, double* state) {
   const double part = h / substeps_;
   for (int k = 0; k < substeps_; ++k) {
     const StepStatus status =
-        solver_->solve(t + (k + 0.5) * part, 0.5 * part, r_.data(), y_.data());
+        springs_ ? springs_->step(part, r_.data())
+                 : solver_->solve(t + (k + 0.5) * part, 0.5 * part, r_.data(), y_.data());
     if (status != StepStatus::kDone) return status;
-    for (int axis = 0; axis < 3; ++axis)
+    for (int axis = 0; axis < 3 && !springs_; ++axis)
       for (int i = 0; i < few.n(); ++i) {
         r_q[axis][i] += part * v_mid[axis][i];
         r_v[axis][i] = 2 * v_mid[axis][i] - r_v[axis][i];
@@ -260,8 +267,8 @@ StepStatus ImexStepper::drift(double t, double h, double* state) {
 
 Effort ImexStepper::effort() const {
   Effort effort = past_;
-  if (solver_) {
-    Effort stages = solver_->effort();
+  if (springs_ || solver_) {
+    Effort stages = springs_ ? springs_->effort() : solver_->effort();
     stages.evaluations = 0;  // of the stiff part alone
     effort += stages;
   }
@@ -288,7 +295,8 @@ std::vector<std::string> ImexStepper::notes() const {
                                  " of " + std::to_string(particles_->layout().n()) +
                                  " particles are implicit in steps of " +
                                  brief(partition_.step, 3) + " s" + why};
-  for (const std::string& note : solver_->notes()) notes.push_back(note);
+  if (solver_)
+    for (const std::string& note : solver_->notes()) notes.push_back(note);
   return notes;
 }
 

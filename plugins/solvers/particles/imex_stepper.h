@@ -8,14 +8,16 @@
 #include "core/base/array.h"
 #include "core/ode/ode_system.h"
 #include "core/particles/explicit/internal_drift.h"
+#include "discrete_gradient.h"
 #include "newton_solver.h"
 #include "stiff_part.h"
 
 namespace sim {
 
 // The soft part is a system of all particles, whose accelerations make the kicks; the stiff part is
-// a system of the particles that it acts on, whose stage is solved by Newton's method; the others
-// drift. With colliders the stage is one of all particles, with contact as in implicit methods.
+// a system of the particles that it acts on, which take a step that keeps their energy, or one of
+// the implicit midpoint rule; the others drift. With colliders the stage is one of all particles,
+// with contact as in implicit methods.
 class ImexStepper final : public ImplicitExplicitStepper {
  public:
   // The particles of the system, and their contacts if there are colliders, else null.
@@ -34,6 +36,7 @@ class ImexStepper final : public ImplicitExplicitStepper {
 
  private:
   void make(const Partition& partition, const double* x);
+  void make_solver();
   StepStatus step(double t, double h, const double* x, double* x_next);
   void set_step_size(double h);
   void kick(double t, double* state, bool first);
@@ -50,6 +53,8 @@ class ImexStepper final : public ImplicitExplicitStepper {
   std::unique_ptr<Stepper> verlet_;  // if nothing is stiff
   std::unique_ptr<SoftSystem> soft_;
   std::unique_ptr<Particles> stiff_;
+  // One of them: springs alone whose graph has sparse factors keep their energy.
+  std::unique_ptr<DiscreteGradientSolver> springs_;
   std::unique_ptr<NewtonSolver> solver_;
   std::unique_ptr<ThreadPool> own_pool_;  // of a stiff part that is small
   std::vector<int> ids_;                  // of its particles; empty: all
@@ -58,7 +63,7 @@ class ImexStepper final : public ImplicitExplicitStepper {
   Array keeps_[2], gains_[2];  // of kicks of h/2 and h/4, of every particle
   std::optional<InternalDrift> internal_;
   double h_ = 0;
-  int substeps_ = 1;    // of a stage
+  int substeps_ = 1;    // of the stiff part
   bool known_ = false;  // the last accelerations of a step are the first of the next
   std::int64_t steps_ = 0, evaluations_ = 0;
   Effort past_;
