@@ -7,7 +7,7 @@
 #include "core/base/thread_pool.h"
 #include "core/particles/neighbours/neighbours.h"
 #include "distances.h"
-#include "inverse_distance.h"
+#include "pair_programs.h"
 #include "pair_rows.h"
 #include "parts.h"
 
@@ -31,9 +31,9 @@ class OfPairs final : public sim::Force {
     known.insert(known.end(), both_.names().begin(), both_.names().end());
     Formulas formulas(kOwner, params, known);
     law_.emplace(formulas, "a pair", kFormulas);
-    const int u = formulas.read("energy", "a pair"), slope = formulas.graph.derivative(u, 0);
-    listed_ = {with_inverse_distance(formulas, {&u, 1}),
-               with_inverse_distance(formulas, {&slope, 1})};
+    if (!neighbours_) return;
+    listed_ = PairPrograms(formulas, formulas.read("energy", "a pair"));
+    kernels_ = pair_row_kernels(listed_.of_square);
   }
 
   // Checks here already that the neighbour lists fit into memory.
@@ -118,7 +118,7 @@ class OfPairs final : public sim::Force {
     PairRows rows;
     alignas(64) double values[kBlock], times[kBlock], own[OfBoth::kMost][kBlock];
     if (program.reads(1)) std::fill(times, times + kBlock, t);
-    const double* inputs[3 + OfBoth::kMost] = {rows.r, times};
+    const double* inputs[3 + OfBoth::kMost] = {rows.measure, times};
     for (std::size_t column = 0; column < both_.size(); ++column) inputs[column + 2] = own[column];
     inputs[both_.size() + 2] = rows.inverse;
     double* const outputs[] = {values};
@@ -151,7 +151,7 @@ class OfPairs final : public sim::Force {
   void evaluate_lists(double t, int begin, int end) {
     for (int b = begin; b < end; ++b) {
       double sums[3][8] = {};
-      for_each_rows(listed_.slope, t, b,
+      for_each_rows(listed_.factor, t, b,
                     [&](const PairRows& rows, const double* slopes, int count) {
                       kernels_.add(rows, slopes, count, cutoff_, sums);
                     });
@@ -231,11 +231,9 @@ class OfPairs final : public sim::Force {
   double cutoff_ = HUGE_VAL;
   std::optional<sim::Neighbours> neighbours_;  // with a cutoff
   std::vector<double> last_;                   // without: where all were
-  PairRowKernels kernels_ = pair_row_kernels();
   std::optional<sim::RadialEnergy> law_;
-  struct {
-    Program energy, slope;
-  } listed_;  // those of the law for pairs of lists, whose 1/r is known
+  PairPrograms listed_;  // of the law, for pairs of lists
+  PairRowKernels kernels_ = {};
   std::vector<Vec3> forces_;
   bool known_ = false;                    // the forces, at the positions of the lists
   mutable std::vector<double> energies_;  // with a cutoff, once asked for
