@@ -38,8 +38,8 @@ RestingContactForce resting_contact(std::span<Collider* const> colliders, double
   const double speed = pressed.slip.norm(), size = pressed.acceleration.norm();
   // A slip that friction ends within the rounding of positions counts as none.
   const double faint = 0.5 * speed * speed / Contacts::slack(x);  // the least braking, m/s^2
-  const bool none = speed <= 1e-12 * (v.norm() + sample.velocity.norm()) +
-                                 1e-6 * std::fabs(d) * size;
+  const bool none =
+      speed <= 1e-12 * (v.norm() + sample.velocity.norm()) + 1e-6 * std::fabs(d) * size;
   const auto slide = [&] {
     pressed.acceleration -= material.friction_at(speed) * push / speed * pressed.slip;
     return pressed;

@@ -174,6 +174,7 @@ void Tally::add(const Case& found) {
   failed += !found.failed.empty();
   set_aside += found.set_aside;
   if (found.set_aside || !found.failed.empty()) return;
+  mesh += found.mesh && found.truth == Truth::kRight;
   ++count[static_cast<std::size_t>(found.verdict)][static_cast<std::size_t>(found.truth)];
   if (found.verdict == Trust::kTrusted && !std::isnan(found.told)) {
     ++told;
@@ -204,7 +205,7 @@ int Tally::right() const {
 }
 int Tally::right_but_doubted() const {
   return count[static_cast<std::size_t>(Trust::kSuspect)][0] +
-         count[static_cast<std::size_t>(Trust::kDiverged)][0];
+         count[static_cast<std::size_t>(Trust::kDiverged)][0] - mesh;
 }
 
 namespace {
@@ -230,10 +231,11 @@ std::ostream& operator<<(std::ostream& out, const Tally& tally) {
   }
   return out << runs << " runs, " << tally.judged() << " judged: trusted and wrong "
              << tally.trusted_but_wrong() << ", right and doubted "
-             << share_of(tally.right_but_doubted(), tally.right()) << ", claims below 2/3 "
-             << share_of(tally.told_short, tally.told) << ", horizons too late "
-             << share_of(tally.late, tally.chaotic) << "; set aside " << tally.set_aside
-             << ", failed " << tally.failed;
+             << share_of(tally.right_but_doubted(), tally.right())
+             << (tally.mesh > 0 ? ", and " + std::to_string(tally.mesh) + " for their mesh" : "")
+             << ", claims below 2/3 " << share_of(tally.told_short, tally.told)
+             << ", horizons too late " << share_of(tally.late, tally.chaotic) << "; set aside "
+             << tally.set_aside << ", failed " << tally.failed;
 }
 
 std::ostream& operator<<(std::ostream& out, const Case& found) {

@@ -25,8 +25,9 @@ struct Case {
   double off = 0, energy = 0, growth = 0;  // shares of the size and of the energy in play; a factor
   double told = std::nan("");              // error that the verdict tells over the true one
   std::string failed;                      // why there was no run
-  bool late = false;       // it is chaotic, and wrong before the time that is told
-  bool set_aside = false;  // it took too long
+  bool late = false;                       // it is chaotic, and wrong before the time that is told
+  bool set_aside = false;                  // it took too long
+  bool mesh = false;  // doubted for its mesh, of which no reference on the same one knows
 };
 
 struct HuntKind;
@@ -46,7 +47,7 @@ struct Tally {
   std::array<std::array<int, 5>, 5> count{};  // [verdict][truth]
   int told = 0, told_short = 0;  // errors of trusted runs, those below 2/3 of the true one
   int chaotic = 0, late = 0;     // times until when positions are right, those that are too late
-  int failed = 0, set_aside = 0;
+  int failed = 0, set_aside = 0, mesh = 0;
 
   void add(const Case& found);
   int judged() const;
@@ -54,7 +55,7 @@ struct Tally {
   // At most 3 of 1000 false trusts, at most 3 % of the right runs doubted.
   bool good() const;
   int right() const;
-  int right_but_doubted() const;  // suspect or diverged all the same
+  int right_but_doubted() const;  // suspect or diverged all the same, but for the mesh
 };
 
 std::ostream& operator<<(std::ostream& out, const Tally& tally);

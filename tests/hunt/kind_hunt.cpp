@@ -57,7 +57,7 @@ class Patience {
   bool over() const { return std::clock() > end_; }
 
  private:
-  static constexpr int kMostSeconds = 10;
+  static constexpr int kMostSeconds = 5;
   std::clock_t end_ = std::clock() + kMostSeconds * CLOCKS_PER_SEC;
 };
 
@@ -182,12 +182,12 @@ Judged judge(const sim::SystemSpec& spec, const sim::RunOptions& options, std::i
   return found;
 }
 
-// What two references that agree tell of a run, frame by frame, until they agree no more or the
+// The truth about a run that two references tell, frame by frame, until they agree no more or the
 // run is wrong.
 struct Told {
-  double off = 0, energy = 0;      // of the run, shares of the size and of the energy in play
-  double error = 0, unknown = 0;   // of the run, and of what is known of it
-  int frames = 0;                  // known
+  double off = 0, energy = 0;     // of the run, shares of the size and of the energy in play
+  double error = 0, unknown = 0;  // of the run, and of what is known of it
+  int frames = 0;                 // known
   bool wrong = false;
 
   bool to_the_end() const { return frames == kFrames; }
@@ -264,6 +264,9 @@ Case hunt_one(const HuntKind& kind, std::uint64_t seed, sim::Registry& registry)
     if (found.set_aside) return found;
     found.verdict = judged.verdict.trust;
     found.reason = judged.verdict.reason;
+    const std::string& reason = found.reason;
+    found.mesh = found.verdict == Trust::kSuspect && reason.find("cell") != std::string::npos &&
+                 reason.find("; ") == std::string::npos;
 
     // Finer, where the two do not agree on an error as small as that of the run. The second takes
     // other steps: what both get wrong alike, as moving surfaces, differs then.

@@ -165,7 +165,7 @@ std::string constraints(std::uint64_t seed) {
 std::string bodies(std::uint64_t seed) {
   Text text(seed);
   add_gravity(text);
-  const int n = text.random.integer(1, 4);
+  const int n = text.random.integer(1, 3);
   const double friction = text.between(0, 0.8);
   text.line("all.bodies = {}");
   for (int i = 0; i < n; ++i) {
@@ -178,13 +178,13 @@ std::string bodies(std::uint64_t seed) {
             << triple(text.between(0.2, 0.5), text.random.decade(-1.3, -0.4), 0.3) << " }";
     text.line("all.bodies[#all.bodies + 1] = sim.rigid { shape = ", shape.str(),
               ", mass = ", text.random.decade(-1, 1),
-              ", position = ", triple(text.between(-0.2, 0.2), 0.9 * (i + 1), 0),
+              ", position = ", triple(text.between(-0.2, 0.2), 0.75 + 0.85 * i, 0),
               ", velocity = ", triple(text.random.vector(1)), ", friction = ", friction,
               ", restitution = ", text.random.chance(0.5) ? 0 : text.between(0, 0.9), " }");
   }
   text.line("all.colliders = { sim.collider.plane { normal = ",
             triple(text.between(-0.3, 0.3), 1, 0), ", friction = ", friction, " } }");
-  return text.end(0.002, text.between(0.4, 1));
+  return text.end(0.002, text.between(0.25, 0.6));
 }
 
 std::string solids(std::uint64_t seed) {

@@ -124,10 +124,9 @@ TEST_CASE("a ball that bounces ever lower comes to rest in adaptive methods, and
 // Flights whose heights are below the rounding of positions end in a rest.
 TEST_CASE("the last of many bounces take adaptive methods no steps without number") {
   sim::Registry registry = make_registry();
-  const sim::SystemSpec spec =
-      make_particle({-0.4, 0.756827, 0.190815}, {-0.486653, -0.866578, 0.576897},
-                    make_part("plane", {{"point", Vec3(0, 0.40633307, 0)},
-                                        {"restitution", 0.152026}}));
+  const sim::SystemSpec spec = make_particle(
+      {-0.4, 0.756827, 0.190815}, {-0.486653, -0.866578, 0.576897},
+      make_part("plane", {{"point", Vec3(0, 0.40633307, 0)}, {"restitution", 0.152026}}));
   for (const char* method : kAdaptive) {
     INFO(method);
     sim::Simulation ball(spec, registry, to_tolerance(method, 2e-6, 0.01));
@@ -177,9 +176,9 @@ TEST_CASE("a wall that leans over throws what hits it no deeper than the floor")
   sim::Registry registry = make_registry();
   for (const double restitution : {0.0, 0.3}) {
     sim::SystemSpec spec = make_particle({0, 0, 0}, {1, 0, 0}, make_part("plane"));
-    spec.colliders.push_back(make_part("plane", {{"point", Vec3(1, 0, 0)},
-                                                 {"normal", Vec3(-1, -0.2, 0)},
-                                                 {"restitution", restitution}}));
+    spec.colliders.push_back(make_part(
+        "plane",
+        {{"point", Vec3(1, 0, 0)}, {"normal", Vec3(-1, -0.2, 0)}, {"restitution", restitution}}));
     for (const char* method : kAdaptive) {
       INFO(method);
       sim::Simulation system(spec, registry, to_tolerance(method, 1e-3, 0.3));

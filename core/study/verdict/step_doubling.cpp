@@ -270,8 +270,8 @@ void StepDoubling::compare_shifted(std::size_t frames, const std::function<bool(
   const bool broke = run_->settings().broken != start_.settings->broken;
   const bool touched = contact_of(*run_).colliders;
   if (touched && run_->integrator_info().adaptive)
-    result.error = std::max(
-        result.error, kLocated * std::max(1.0, largest_number(frames_.back().seen.x)));
+    result.error =
+        std::max(result.error, kLocated * std::max(1.0, largest_number(frames_.back().seen.x)));
   if (!broke && (!touched || run_->integrator_info().adaptive)) return;
   RefinedRun shifted = make_refined_run(
       {.steps_per_step = 1, .method = run_->settings().method.choice(), .shifted = true});
@@ -400,7 +400,7 @@ std::optional<StepDoubling::Differences> StepDoubling::coarser(
 // run with h / k by err (1 - k^-p) (Richardson 1911). p follows from both, at most the order of the
 // method: friction or a kink lower it. A p near 0, for differences that do not shrink with the
 // step, leaves a factor of kMostFactor. In contact C changes from step to step: either difference
-// may be small by chance, so that the larger error counts, twice, and with a tolerance three times; and
+// may be small by chance, so that the larger error counts, twice, and with a tolerance three times;
 // if the second is much smaller, half the step of the refined run is tried as well.
 double StepDoubling::error_factor(const RefinedRun& shadow,
                                   const std::function<bool()>& stop) const {
