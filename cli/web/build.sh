@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # build.sh FOLDER SOURCES: the modules of WebAssembly and the page in FOLDER. SOURCES holds lua/ and
-# zlib/ as Debian's source packages have them. Needs emscripten, node and libc++-16-dev.
+# zlib/ as Debian's source packages have them. Needs emscripten, node, xz and libc++-16-dev.
 set -euo pipefail
 folder=$1 sources=$(cd -- "$2" && pwd -P)
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd -P)

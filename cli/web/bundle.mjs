@@ -1,18 +1,30 @@
 // node bundle.mjs SOURCES BUILD: the page with the kernel in it, BUILD/page.html, for `sim export` to
 // put a scene into; and BUILD/site/, where one page shows any scene: the kernel is a file beside it.
+import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
+import { LITERAL_BITS } from "./load.mjs";
 
 const [sources, build] = process.argv.slice(2);
 const text = (name) => readFileSync(`${sources}/${name}`, "utf8");
 const packed = (bytes) => gzipSync(bytes, { level: 9 }).toString("base64");
 
+const base64 = (name) => readFileSync(`${build}/${name}`).toString("base64");
+
+// As LZMA, without the 13 bytes that xz writes before it.
+const lzma = (bytes) => execFileSync("xz", ["--format=lzma", "--stdout",
+  `--lzma1=preset=9e,dict=16MiB,nice=273,lc=${LITERAL_BITS},lp=0,pb=0`],
+  { input: bytes, maxBuffer: 2 ** 28 }).subarray(13).toString("base64");
+
 const load = text("load.mjs").replaceAll(/^export /gm, "");
 const worker = [load, readFileSync(`${build}/page.js`, "utf8"), text("worker.js")].join("\n");
+const module = readFileSync(`${build}/page.wasm`);
 const kernel = JSON.stringify({
-  kernel: packed(readFileSync(`${build}/page.wasm`)),
-  sites: readFileSync(`${build}/page.sites`).toString("base64"),
+  kernel: lzma(module),
+  size: module.length,
+  unpack: base64("unpack.wasm"),
+  sites: base64("page.sites"),
   worker: packed(worker),
 });
 const page = (values) => text("page.html").replaceAll(/@([A-Z]+)@/g,

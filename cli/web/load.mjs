@@ -36,3 +36,20 @@ export function fused(bytes, sites) {
   }
   return changed;
 }
+
+export const LITERAL_BITS = 3; // lc of LZMA; lp and pb are 0
+
+// What a stream of LZMA stands for, by the module of unpack.cpp: `size` bytes.
+export function unpacked_lzma(module, packed, size) {
+  const own = new WebAssembly.Instance(module).exports, { memory } = own;
+  const decoder = memory.buffer.byteLength, from = decoder + own.unpack_room(),
+    to = from + packed.length;
+  memory.grow(Math.ceil((to + size - decoder) / 65536));
+  new Uint8Array(memory.buffer).set(packed, from);
+  own.unpack_begin(decoder, from, packed.length, to, size, LITERAL_BITS);
+  let left;
+  do left = own.unpack_more(decoder);
+  while (left > 0);
+  if (left < 0) throw Error("the kernel of this page is damaged");
+  return new Uint8Array(memory.buffer, to, size);
+}

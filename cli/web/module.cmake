@@ -38,6 +38,14 @@ get_target_property(page_plugins simplugins SIM_LINKED_PLUGINS)
 list(FILTER page_plugins EXCLUDE REGEX "^(writers|studies)_")
 sim_list_plugins(web_page ${page_plugins})
 
+# What a page unpacks its kernel with.
+add_executable(web_unpack web/unpack.cpp)
+target_compile_options(web_unpack PRIVATE -fno-exceptions -fno-rtti)
+target_link_options(web_unpack PRIVATE -O2 --no-entry -sSTANDALONE_WASM -sALLOW_MEMORY_GROWTH=1
+  -sTOTAL_STACK=65536 -sEXPORTED_FUNCTIONS=_unpack_room,_unpack_begin,_unpack_more)
+set_target_properties(web_unpack PROPERTIES OUTPUT_NAME unpack SUFFIX .wasm
+  RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+
 # The script that node starts, and the page without a scene.
 set(beside sim.mjs load.mjs bundle.mjs worker.js page.js page.css page.html
   address.js)
@@ -45,5 +53,5 @@ list(TRANSFORM beside PREPEND ${web}/)
 add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/page.html
   COMMAND ${CMAKE_COMMAND} -E copy ${web}/sim.mjs ${web}/load.mjs ${PROJECT_BINARY_DIR}
   COMMAND ${NODE} ${web}/bundle.mjs ${web} ${PROJECT_BINARY_DIR}
-  DEPENDS web_page web_kernel ${beside} VERBATIM)
+  DEPENDS web_page web_kernel web_unpack ${beside} VERBATIM)
 add_custom_target(sim_web ALL DEPENDS ${PROJECT_BINARY_DIR}/page.html)

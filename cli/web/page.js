@@ -30,8 +30,7 @@ async function start() {
     if (data.recording !== undefined)
       save(SCENE.scene.replace(/(.*\/)?(.*?)(\.lua)?$/, "$2.rec"), data.recording);
   };
-  worker.postMessage({ start: { kernel: KERNEL, sites: SITES, nonce: NONCE, scene: SCENE.scene,
-    files, header } });
+  worker.postMessage({ start: { ...KERNEL, nonce: NONCE, scene: SCENE.scene, files, header } });
 }
 
 // The frame asks for its connection when it is ready for frames.

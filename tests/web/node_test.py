@@ -55,6 +55,15 @@ def test_multiply_add():
     print("test_multiply_add ok")
 
 
+def test_unpack():
+    if not shutil.which("xz"):
+        skip("xz", "xz-utils")
+    here = os.path.dirname(os.path.abspath(__file__))
+    done = run(["node", os.path.join(here, "unpack.mjs"), os.path.dirname(MODULE)])
+    assert done.returncode == 0 and "8 streams ok" in done.stdout, done
+    print("test_unpack ok")
+
+
 def test_options():
     """Options, files, errors and exit codes are those of the program."""
     for words, code in ((["scenes/cloth.lua", "-i", "euler", "-d", "0.05", "-q"], 4),
@@ -74,5 +83,6 @@ if __name__ == "__main__":
     if not os.path.exists(MODULE):
         skip("the module that ./dev web builds", "emscripten libc++-16-dev")
     test_multiply_add()
+    test_unpack()
     test_options()
     test_scenes()
