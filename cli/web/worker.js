@@ -111,9 +111,10 @@ onmessage = ({ data, ports }) => {
     else if (data.open) open(data.open);
     else if (data.recording) postMessage({ recording: call("recording", "string") });
     else if (data.port) {
-      port = ports[0];
+      const own = (port = ports[0]);
       in_flight = 0;
-      port.onmessage = (event) => heard(event.data);
+      // Words of a frame that another has replaced come too late.
+      own.onmessage = (event) => { if (port === own) heard(event.data); };
     }
   } catch (error) {
     failed(error);
