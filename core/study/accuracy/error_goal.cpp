@@ -197,9 +197,9 @@ MethodTrials* Chooser::cheapest() {
 }
 
 // The method with the cheapest next run is refined next, until none can become cheaper than the
-// cheapest that is known to meet the error. What a run of a method costs is guessed before it has
-// made one, and contact may make it a thousand times that: a run is cut when that of another method
-// would be much cheaper, and has its turn again when it is not.
+// cheapest that is known to meet the error. The first run of a method has a cost that is guessed,
+// and contact may make it a thousand times that: a run is cut when that of another method would be
+// much cheaper, and has its turn again when it is not.
 void Chooser::race() {
   constexpr double kPatience = 4;
   while (!told_) {
