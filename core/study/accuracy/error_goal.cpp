@@ -53,8 +53,8 @@ class Chooser {
   void make_trials();
   double window_of(Simulation& system) const;
   void measure_range();
-  double affordable() const;  // cost of further trials
-  bool refine(MethodTrials& method, double most_cost);
+  bool affordable(double cost) const;
+  bool refine(MethodTrials& method);
   void race();
   MethodTrials* cheapest();
   MethodTrials* check_for(const MethodTrials& chosen);
@@ -167,17 +167,17 @@ void Chooser::measure_range() {
 }
 
 // All trials together cost at most as much as the run, or little.
-double Chooser::affordable() const {
+bool Chooser::affordable(double cost) const {
   double spent = 0, run = HUGE_VAL;
   for (const MethodTrials& each : trials_) {
     spent += each.spent();
     run = std::min(run, whole(each.least_cost(kAim * in_window())));
   }
-  return std::max(kFree / weight_, run) - spent;
+  return spent + cost <= std::max(kFree / weight_, run);
 }
 
-bool Chooser::refine(MethodTrials& method, double most_cost) {
-  const bool done = method.refine([&] { return go_on(method.method().label, 0.2); }, most_cost);
+bool Chooser::refine(MethodTrials& method) {
+  const bool done = method.refine([&] { return go_on(method.method().label, 0.2); });
   measure_range();
   return done;
 }
@@ -197,32 +197,20 @@ MethodTrials* Chooser::cheapest() {
 }
 
 // The method with the cheapest next run is refined next, until none can become cheaper than the
-// cheapest that is known to meet the error. The first run of a method has a cost that is guessed,
-// and contact may make it a thousand times that: a run is cut when that of another method would be
-// much cheaper, and has its turn again when it is not.
+// cheapest that is known to meet the error.
 void Chooser::race() {
-  constexpr double kPatience = 4;
   while (!told_) {
-    const double allowed = kAim * in_window(), left = affordable();
+    const double allowed = kAim * in_window();
     double known = HUGE_VAL;
     for (const MethodTrials& each : trials_)
       if (each.error() <= allowed) known = std::min(known, each.predict(allowed).cost);
     MethodTrials* next = nullptr;
-    double rival = HUGE_VAL;
     for (MethodTrials& each : trials_) {
-      if (!each.can_refine() || each.error() <= allowed || each.next_cost() > left ||
-          !(each.least_cost(allowed) < known))
-        continue;
-      if (next && !(each.next_cost() < next->next_cost())) {
-        rival = std::min(rival, each.next_cost());
-        continue;
-      }
-      if (next) rival = next->next_cost();
-      next = &each;
+      const bool open = each.can_refine() && !(each.error() <= allowed) &&
+                        each.least_cost(allowed) < known && affordable(each.next_cost());
+      if (open && (!next || each.next_cost() < next->next_cost())) next = &each;
     }
-    if (!next) return;
-    const double most = std::min({kPatience * rival, kPatience * known, left});
-    if (!refine(*next, std::max(most, kPatience * next->next_cost()))) return;
+    if (!next || !refine(*next)) return;
   }
 }
 
@@ -260,12 +248,11 @@ MethodTrials* Chooser::choose_checked() {
     if (!check) break;
     const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
     while (check->error() > in_window() && check->can_refine() && check->next_cost() <= most &&
-           check->next_cost() <= affordable())
-      if (!refine(*check, most)) return nullptr;
+           affordable(check->next_cost()))
+      if (!refine(*check)) return nullptr;
     if (agrees(*chosen, *check)) break;
     for (MethodTrials* each : {chosen, check})
-      if (const double left = affordable(); each->can_refine() && each->next_cost() <= left)
-        if (!refine(*each, left)) return nullptr;
+      if (each->can_refine() && affordable(each->next_cost()) && !refine(*each)) return nullptr;
     race();
     chosen = cheapest();
   }

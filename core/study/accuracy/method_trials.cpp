@@ -29,6 +29,13 @@ std::int64_t sights(const Problem& problem, const Simulation& system, std::int64
 
 }  // namespace
 
+double cost_of(const Effort& effort) {
+  constexpr double kNewton = 4, kFactorisation = 50, kLinear = 3;
+  return static_cast<double>(effort.evaluations) + kNewton * static_cast<double>(effort.newton) +
+         kFactorisation * static_cast<double>(effort.factorisations) +
+         kLinear * static_cast<double>(effort.linear);
+}
+
 ErrorCourse error_course(const Problem& problem, const SeenRun& run, const SeenRun& other) {
   ErrorCourse course;
   if (problem.by_figure()) {
@@ -77,11 +84,9 @@ TrialRun refined(const TrialRun& run, bool corrected) {
 }
 
 SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun& run, double time,
-                 const std::function<bool()>& go_on, std::optional<double> disturbed,
-                 double most_cost) {
+                 const std::function<bool()>& go_on, std::optional<double> disturbed) {
   SeenRun result;
-  TrajectoryPlan plan{
-      .time = time, .steps = run.steps, .tolerance = run.tolerance, .most_cost = most_cost};
+  TrajectoryPlan plan{.time = time, .steps = run.steps, .tolerance = run.tolerance};
   plan.intervals =
       static_cast<int>(sights(problem, problem.with(method).simulation(time), run.steps));
   Course course;
@@ -128,24 +133,19 @@ bool MethodTrials::can_refine() const {
   return !refinement_.by_tolerance() || fineness_ < 0.9 / kFinestTolerance;
 }
 
-bool MethodTrials::refine(const std::function<bool()>& go_on, double most_cost) {
+bool MethodTrials::refine(const std::function<bool()>& go_on) {
   const double factor = refinement_.factor();
   const double finer = runs_ == 0 ? first_ : factor * fineness_;
   TrialRun plan = trial_run(method_, finer, between_);
   if (refinement_.by_tolerance() && corrected_) plan.steps = between_ << runs_;
   bool told = false;
-  const auto watch = [&] {
+  SeenRun next = seen_run(*problem_, method_, plan, window_, [&] {
     told = told || !go_on();
     return !told;
-  };
-  SeenRun next = seen_run(*problem_, method_, plan, window_, watch, {}, most_cost);
+  });
   if (told) return false;
-  spent_ += next.cost;
-  if (!next.finished && next.cost > most_cost) {
-    next_cost_ = 2 * next.cost;
-    return true;
-  }
   ++runs_;
+  spent_ += next.cost;
   doubt_ = 0;
   coarse_error_ = error_;
   if (runs_ > 1) {
@@ -193,8 +193,7 @@ CostPrediction MethodTrials::predict(double allowed) const {
 }
 
 double MethodTrials::least_cost(double allowed) const {
-  if (!std::isfinite(error_))
-    return next_cost_ / elementary::pow(refinement_.factor(), refinement_.cost());
+  if (!std::isfinite(error_)) return next_cost_ / refinement_.factor();
   if (error_ <= allowed) return predict(allowed).cost;
   const double times = elementary::pow(error_ / allowed, 1 / refinement_.error());
   return cost_ * elementary::pow(times, refinement_.cost());

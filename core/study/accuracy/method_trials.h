@@ -19,6 +19,10 @@ struct SeenRun {
   double figure = std::nan("");  // if the problem asks for one
 };
 
+// The cost in evaluations, including the equations of implicit steps: a fixed price for an
+// iteration and a factorisation, so that a choice by cost is the same on every machine.
+double cost_of(const Effort& effort);
+
 // The errors of a run at common times, against another one. For a figure a single one at the end.
 struct ErrorCourse {
   std::vector<double> rms;       // at k time / (size - 1); infinite where one run did not get
@@ -56,10 +60,8 @@ TrialRun trial_run(const Candidate& method, double fineness, std::int64_t betwee
 // The same, finer by Refinement::factor().
 TrialRun refined(const TrialRun& run, bool corrected);
 
-// It ends, unfinished, when it has cost more than `most_cost`.
 SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun& run, double time,
-                 const std::function<bool()>& go_on, std::optional<double> disturbed = {},
-                 double most_cost = HUGE_VAL);
+                 const std::function<bool()>& go_on, std::optional<double> disturbed = {});
 
 struct CostPrediction {
   double fineness = 0, cost = HUGE_VAL;  // of the window
@@ -73,10 +75,8 @@ class MethodTrials {
                std::int64_t between, bool corrected, bool only);
 
   const Candidate& method() const { return method_; }
-  double next_cost() const { return next_cost_; }  // of the next refinement, about
-  // A run that costs more than `most_cost` is cut: the next begins anew and is known to cost twice
-  // that. False: told to end.
-  bool refine(const std::function<bool()>& go_on, double most_cost);
+  double next_cost() const { return next_cost_; }   // of the next refinement, about
+  bool refine(const std::function<bool()>& go_on);  // false: told to end
   bool can_refine() const;
 
   // The error of the finest run is infinite before there are two.

@@ -18,13 +18,6 @@ constexpr int kEnergies = 960;  // looks at the energy of an adaptive run, about
 
 }  // namespace
 
-double cost_of(const Effort& effort) {
-  constexpr double kNewton = 4, kFactorisation = 50, kLinear = 3;
-  return static_cast<double>(effort.evaluations) + kNewton * static_cast<double>(effort.newton) +
-         kFactorisation * static_cast<double>(effort.factorisations) +
-         kLinear * static_cast<double>(effort.linear);
-}
-
 std::vector<double> coordinates(Simulation& system) {
   std::vector<double> values;
   if (const ParticleSystem* particles = particles_of(system)) {
@@ -96,15 +89,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   if (plan.tolerance > 0)
     with.options.integrator.given["tol"] = std::max(plan.tolerance, method.least_tolerance);
   Simulation system = with.simulation(plan.time / static_cast<double>(plan.steps));
-  const auto effort = [&system] {
-    Effort now = system.integrator().effort();
-    now.evaluations = evaluations_of(system);
-    return now;
-  };
-  const auto goes_on = [&] {
-    return go_on() && (std::isinf(plan.most_cost) || cost_of(effort()) <= plan.most_cost);
-  };
-  system.stop_when([&] { return !goes_on(); });  // in long steps
+  system.stop_when([&] { return !go_on(); });  // in long steps
   if (plan.begin) plan.begin(system);
   std::optional<EnergyBalance> balance;
   if (plan.energy && system.second_order()) balance.emplace(system);
@@ -117,7 +102,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   for (int k = 0; k < plan.intervals && good; ++k) {
     for (std::int64_t done = 0; done < stride && good;) {
       const std::int64_t next = std::min(stride, done + kStepsBetweenLooks);
-      good = goes_on();
+      good = go_on();
       const auto begin = Clock::now();
       while (done < next && good) {
         const int taken = system.steps(balance ? 1 : next - done);
@@ -133,7 +118,8 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   }
   result.finished = good;
   result.steps = system.step_count();
-  result.effort = effort();
+  result.effort = system.integrator().effort();
+  result.effort.evaluations = evaluations_of(system);
   if (balance && !good) result.energy_error = HUGE_VAL;
   if (ConstraintSystem* constraint_system = system.constraint_system();
       constraint_system && plan.energy)

@@ -12,10 +12,6 @@
 
 namespace sim::study {
 
-// The cost in evaluations, including the equations of implicit steps: a fixed price for an
-// iteration and a factorisation, so that a choice by cost is the same on every machine.
-double cost_of(const Effort& effort);
-
 struct Trajectory {
   double time = 0;         // s, of the whole
   std::int64_t steps = 0;  // taken
@@ -34,7 +30,6 @@ struct TrajectoryPlan {
   std::int64_t steps = 0;                    // a multiple of `intervals`
   double tolerance = 0;                      // of methods that have one; 0 = their own
   bool energy = false;                       // watch it: not in runs that are timed
-  double most_cost = HUGE_VAL;               // see cost_of(): beyond it a run ends, unfinished
   std::function<void(Simulation&)> begin{};  // changes the start
   // Called with the compared numbers at k time / intervals, from k = 0 on, as far as the run gets.
   std::function<void(int k, const std::vector<double>&)> see{};
