@@ -12,7 +12,7 @@ const packed = (bytes) => gzipSync(bytes, { level: 9 }).toString("base64");
 
 const base64 = (name) => readFileSync(`${build}/${name}`).toString("base64");
 
-// As LZMA, without the 13 bytes that xz writes before it.
+// The bytes in LZMA, without the 13 that xz writes before them.
 const lzma = (bytes) => execFileSync("xz", ["--format=lzma", "--stdout",
   `--lzma1=preset=9e,dict=16MiB,nice=273,lc=${LITERAL_BITS},lp=0,pb=0`],
   { input: bytes, maxBuffer: 2 ** 28 }).subarray(13).toString("base64");

@@ -39,7 +39,7 @@ export function fused(bytes, sites) {
 
 export const LITERAL_BITS = 3; // lc of LZMA; lp and pb are 0
 
-// What a stream of LZMA stands for, by the module of unpack.cpp: `size` bytes.
+// The `size` bytes that a stream of LZMA stands for, by the module of unpack.cpp.
 export function unpacked_lzma(module, packed, size) {
   const own = new WebAssembly.Instance(module).exports, { memory } = own;
   const decoder = memory.buffer.byteLength, from = decoder + own.unpack_room(),

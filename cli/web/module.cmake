@@ -38,7 +38,7 @@ get_target_property(page_plugins simplugins SIM_LINKED_PLUGINS)
 list(FILTER page_plugins EXCLUDE REGEX "^(writers|studies)_")
 sim_list_plugins(web_page ${page_plugins})
 
-# What a page unpacks its kernel with.
+# The module that a page unpacks its kernel with.
 add_executable(web_unpack web/unpack.cpp)
 target_compile_options(web_unpack PRIVATE -fno-exceptions -fno-rtti)
 target_link_options(web_unpack PRIVATE -O2 --no-entry -sSTANDALONE_WASM -sALLOW_MEMORY_GROWTH=1

@@ -7,7 +7,7 @@ const FRAME = 1000 / 60, // ms between two frames
 
 let module, sim, page, port = null, number = 0, in_flight = 0, next = 0, quiet = 0, nonce = "";
 
-// Of base64; Uint8Array.from() would take a hundred times as long.
+// The bytes in base64; Uint8Array.from() would take a hundred times as long.
 function bytes_of(text) {
   const chars = atob(text), bytes = new Uint8Array(chars.length);
   for (let i = 0; i < bytes.length; ++i) bytes[i] = chars.charCodeAt(i);

@@ -154,17 +154,18 @@ Code::Code(const Graph& graph, std::span<const int> roots, int input_count)
 
 Program::Program(const Graph& graph, std::span<const int> outputs, int inputs)
     : code_(graph, outputs, inputs) {
-  using Slot = VectorCode::Slot;
-  std::vector<Slot> slots;
-  for (int i = 0; i < code_.first_constant(); ++i) slots.push_back({Slot::Kind::kArray, i, 0, 0});
+  using Operand = VectorCode::Operand;
+  std::vector<Operand> slots;
+  for (int i = 0; i < code_.first_constant(); ++i)
+    slots.push_back({Operand::Kind::kArray, i, 0, 0});
   for (const double constant : code_.constants)
-    slots.push_back({Slot::Kind::kNumber, 0, 0, constant});
+    slots.push_back({Operand::Kind::kUniform, 0, 0, constant});
   slots.resize(static_cast<std::size_t>(code_.slots()));
   vectors_ = VectorCode(code_.instructions, std::move(slots));
 }
 
 void Program::run(const double* const* inputs, double* const* outputs, int count) const {
-  double* arrays[VectorCode::kMostSlots];
+  double* arrays[VectorCode::kMostOperands];
   // Inputs are only read.
   for (int i = 0; i < code_.inputs; ++i) arrays[i] = const_cast<double*>(inputs[i]);
   std::copy_n(outputs, code_.outputs, arrays + code_.inputs);

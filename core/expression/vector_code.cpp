@@ -17,10 +17,10 @@ namespace {
 
 constexpr int kLanes = 4;                  // of a register of AVX2
 constexpr int kMostBlock = 128;            // elements that are interpreted at a time
-constexpr std::ptrdiff_t kScratch = 8192;  // numbers of interpreted values, on the stack
-constexpr std::size_t kMasks = 2;          // numbers behind those of the slots: sign, and size
+constexpr std::ptrdiff_t kScratch = 8192;  // numbers of interpreted registers, on the stack
+constexpr std::size_t kMasks = 2;          // numbers behind those of the operands: sign, and size
 
-using Kind = VectorCode::Slot::Kind;
+using Kind = VectorCode::Operand::Kind;
 
 }  // namespace
 
@@ -38,10 +38,10 @@ using x86::Opcode, x86::Recipe;
 // whose next use is furthest away goes first (Belady 1966).
 class LoopAssembler {
  public:
-  LoopAssembler(std::span<const Instruction> code, std::span<const VectorCode::Slot> slots,
+  LoopAssembler(std::span<const Instruction> code, std::span<const VectorCode::Operand> slots,
                 std::size_t stride)
       : code_(code),
-        slots_(slots),
+        operands_(slots),
         stride_(stride),
         in_memory_(slots.size()),
         uses_(slots.size()),
@@ -52,7 +52,7 @@ class LoopAssembler {
     }
     if (arrays_ > kMostArrays) return;
     for (std::size_t i = 0; i < slots.size(); ++i)
-      if (slots[i].kind == Kind::kNumber && uses_[i].size() > 0)
+      if (slots[i].kind == Kind::kUniform && uses_[i].size() > 0)
         numbers_.push_back(static_cast<int>(i));
     std::ranges::stable_sort(numbers_, std::ranges::greater{},
                              [&](int slot) { return uses_[index(slot)].size(); });
@@ -81,7 +81,7 @@ class LoopAssembler {
   static constexpr std::array<unsigned char, kMostArrays> kAddress = {0, 1,  8,  9,  10, 11, 3,
                                                                       5, 12, 13, 14, 15, 7};
   static constexpr std::size_t kFirstSaved = 6, kLastSaved = 11;
-  static constexpr unsigned char kNumbers = 6, kIndex = 2, kArrays = 7;
+  static constexpr unsigned char kUniforms = 6, kIndex = 2, kArrays = 7;
 
   // Registers of numbers throughout the loop leave room for an instruction.
   static constexpr int kRegisters = 16, kMostKept = 12, kNone = -1;
@@ -94,13 +94,13 @@ class LoopAssembler {
     bool writes;
   };
   // A register, or memory where it is none.
-  struct Operand {
+  struct Source {
     int slot = kNone, reg = kNone;
   };
 
   void use(int slot, std::size_t at, bool writes) {
     uses_[index(slot)].push_back({static_cast<int>(at), writes});
-    const VectorCode::Slot& each = slots_[index(slot)];
+    const VectorCode::Operand& each = operands_[index(slot)];
     if (each.kind != Kind::kArray) return;
     const auto array = index(each.array);
     if (array >= address_.size()) address_.resize(array + 1, kNone);
@@ -110,7 +110,8 @@ class LoopAssembler {
   void write() {
     bytes_.clear();
     registers_.fill(kNone);
-    for (std::size_t i = 0; i < slots_.size(); ++i) in_memory_[i] = slots_[i].kind != Kind::kValue;
+    for (std::size_t i = 0; i < operands_.size(); ++i)
+      in_memory_[i] = operands_[i].kind != Kind::kRegister;
     spills_ = 0;
     const std::size_t saved =
         arrays_ <= kFirstSaved ? kFirstSaved : std::min(arrays_, kLastSaved + 1);
@@ -151,14 +152,14 @@ class LoopAssembler {
         return chained(made);
       case Recipe::kMasked: {
         // The masks are the last numbers.
-        const Operand from = in_register(now.operand[0], {});
-        const int mask = static_cast<int>(slots_.size()) + (made.first == x86::kXor ? 0 : 1);
+        const Source from = in_register(now.operand[0], {});
+        const int mask = static_cast<int>(operands_.size()) + (made.first == x86::kXor ? 0 : 1);
         const int to = room({}, {from.reg});
         operate(made.first, to, from.reg, {mask, kNone});
         return finish(to);
       }
       case Recipe::kSquareRoot: {
-        const Operand from = operand(now.operand[0], {});
+        const Source from = operand(now.operand[0], {});
         const int to = room({}, {from.reg});
         operate(x86::kRoot, to, 0, from);
         return finish(to);
@@ -178,7 +179,7 @@ class LoopAssembler {
     const Instruction& now = code_[now_];
     if (made.count == 0) return finish(copied(in_register(now.operand[0], {}).reg));
     auto [first, second] = operands(made.first, now.operand[0], now.operand[1]);
-    Operand third;
+    Source third;
     if (made.count > 1) third = operand(now.operand[2], {first.reg, second.reg});
     const int to = room({third.reg}, {first.reg, second.reg});
     operate(made.first, to, first.reg, second);
@@ -192,8 +193,7 @@ class LoopAssembler {
     const auto [x, y] = operands(x86::kProduct, now.operand[0], now.operand[1]);
     const bool difference = op == x86::kDifference;
     const std::array<int, 2> busy = {x.reg, y.reg};
-    const Operand z =
-        difference ? in_register(now.operand[2], busy) : operand(now.operand[2], busy);
+    const Source z = difference ? in_register(now.operand[2], busy) : operand(now.operand[2], busy);
     const int to = room({z.reg}, busy);
     operate(x86::kProduct, to, x.reg, y);
     if (difference)
@@ -207,8 +207,8 @@ class LoopAssembler {
   // ones, which is no number either.
   void extreme(Opcode op) {
     const Instruction& now = code_[now_];
-    const Operand a = operand(now.operand[0], {});
-    const Operand b = in_register(now.operand[1], std::array{a.reg});
+    const Source a = operand(now.operand[0], {});
+    const Source b = in_register(now.operand[1], std::array{a.reg});
     const int unordered = room({a.reg, b.reg}, {});
     operate(x86::kCompare, unordered, b.reg, b);
     add({3});  // either is no number
@@ -222,24 +222,24 @@ class LoopAssembler {
   // --- Registers ---
 
   // Both operands of `op`, the first of them in a register.
-  std::pair<Operand, Operand> operands(Opcode op, int first, int second) {
+  std::pair<Source, Source> operands(Opcode op, int first, int second) {
     if (x86::is_symmetric(op) && found(first) == kNone && found(second) != kNone)
       std::swap(first, second);
-    const Operand a = in_register(first, {});
+    const Source a = in_register(first, {});
     return {a, operand(second, std::array{a.reg})};
   }
 
   // A register if the slot has one or is read again, else memory.
-  Operand operand(int slot, std::span<const int> busy) {
-    const bool once = slots_[index(slot)].kind == Kind::kNumber || next_use(slot) == kNever;
+  Source operand(int slot, std::span<const int> busy) {
+    const bool once = operands_[index(slot)].kind == Kind::kUniform || next_use(slot) == kNever;
     if (found(slot) == kNone && in_memory_[index(slot)] && once) return {slot, kNone};
     return in_register(slot, busy);
   }
-  Operand operand(int slot, std::initializer_list<int> busy) {
+  Source operand(int slot, std::initializer_list<int> busy) {
     return operand(slot, std::span(busy.begin(), busy.size()));
   }
 
-  Operand in_register(int slot, std::span<const int> busy) {
+  Source in_register(int slot, std::span<const int> busy) {
     int reg = found(slot);
     if (reg == kNone) {
       reg = emptied(busy);
@@ -315,7 +315,7 @@ class LoopAssembler {
     const int slot = code_[now_].to;
     std::ranges::replace(registers_, slot, kNone);
     registers_[index(reg)] = slot;
-    in_memory_[index(slot)] = slots_[index(slot)].kind == Kind::kArray;
+    in_memory_[index(slot)] = operands_[index(slot)].kind == Kind::kArray;
     if (in_memory_[index(slot)]) memory(x86::kStore, reg, 0, slot);
   }
 
@@ -345,7 +345,7 @@ class LoopAssembler {
   }
 
   // to := first op second, on 256 bits; instructions of one operand have no `first`.
-  void operate(Opcode op, int to, int first, const Operand& second) {
+  void operate(Opcode op, int to, int first, const Source& second) {
     if (second.reg == kNone) return memory(op, to, first, second.slot);
     prefix(to, first, second.reg);
     add({op, static_cast<unsigned char>(0xc0 | (to & 7) << 3 | (second.reg & 7))});
@@ -354,20 +354,20 @@ class LoopAssembler {
     ++accesses_;
     const auto low = static_cast<unsigned char>(0x80 | (value & 7) << 3);
     const auto at = index(slot);
-    if (at >= slots_.size() || slots_[at].kind == Kind::kNumber) {
+    if (at >= operands_.size() || operands_[at].kind == Kind::kUniform) {
       prefix(value, first, 0);
-      add({op, static_cast<unsigned char>(low | kNumbers)});
+      add({op, static_cast<unsigned char>(low | kUniforms)});
       add_number(static_cast<std::uint32_t>(8 * stride_ * at));
-    } else if (slots_[at].kind == Kind::kValue) {
+    } else if (operands_[at].kind == Kind::kRegister) {
       prefix(value, first, 0);
       add({op, static_cast<unsigned char>(low | 4), 0x24});  // rsp
       add_number(kSpill * spill_[at]);
     } else {
-      const unsigned char base = kAddress[index(address_[index(slots_[at].array)])];
+      const unsigned char base = kAddress[index(address_[index(operands_[at].array)])];
       prefix(value, first, base);
       add({op, static_cast<unsigned char>(low | 4),
            static_cast<unsigned char>(kIndex << 3 | (base & 7))});
-      add_number(static_cast<std::uint32_t>(8 * slots_[at].distance));
+      add_number(static_cast<std::uint32_t>(8 * operands_[at].distance));
     }
   }
   // VEX.256.66.0F.
@@ -377,7 +377,7 @@ class LoopAssembler {
   }
 
   std::span<const Instruction> code_;
-  std::span<const VectorCode::Slot> slots_;
+  std::span<const VectorCode::Operand> operands_;
   std::size_t stride_;
   std::vector<int> address_;            // of each array, a number of kAddress
   std::size_t arrays_ = 0;              // that have addresses
@@ -393,7 +393,7 @@ class LoopAssembler {
   int accesses_ = 0;                         // to memory, in the loop
 };
 
-bool may_be_native(std::span<const Instruction> code, std::span<const VectorCode::Slot> slots) {
+bool may_be_native(std::span<const Instruction> code, std::span<const VectorCode::Operand> slots) {
   constexpr std::ptrdiff_t kFurthest = std::ptrdiff_t{1} << 27;  // bytes fit an instruction
   return for_simd_level(false, false, true, true) &&
          std::ranges::none_of(
@@ -405,14 +405,14 @@ bool may_be_native(std::span<const Instruction> code, std::span<const VectorCode
 }  // namespace
 #endif
 
-VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Slot> slots,
+VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Operand> operands,
                        [[maybe_unused]] Form form)
-    : code_(std::move(code)), slots_(std::move(slots)), stride_(kLanes) {
-  const auto values = std::ranges::count(slots_, Kind::kValue, &Slot::kind);
-  if (slots_.size() > kMostSlots || values > kMostValues) refuse_large_code();
+    : code_(std::move(code)), operands_(std::move(operands)), stride_(kLanes) {
+  const auto values = std::ranges::count(operands_, Kind::kRegister, &Operand::kind);
+  if (operands_.size() > kMostOperands || values > kMostRegisters) refuse_large_code();
 #ifdef SIM_WRITES_CODE
-  if (form == Form::kFastest && !code_.empty() && may_be_native(code_, slots_)) {
-    const LoopAssembler assembler(code_, slots_, stride_);
+  if (form == Form::kFastest && !code_.empty() && may_be_native(code_, operands_)) {
+    const LoopAssembler assembler(code_, operands_, stride_);
     if (!assembler.bytes().empty()) pages_ = x86::CodePages(assembler.bytes());
     native_ = pages_.entry<Native>();
   }
@@ -423,18 +423,18 @@ VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Slot> slots,
     apart_ = each > block_ ? block_ + 8 : block_;  // multiples of 4 KiB would wait for each other
     stride_ = static_cast<std::size_t>(block_);
   }
-  numbers_ = Array((slots_.size() + kMasks) * stride_);
-  for (std::size_t i = 0; i < slots_.size(); ++i)
-    if (slots_[i].kind == Kind::kNumber) set_number(static_cast<int>(i), slots_[i].number);
+  numbers_ = Array((operands_.size() + kMasks) * stride_);
+  for (std::size_t i = 0; i < operands_.size(); ++i)
+    if (operands_[i].kind == Kind::kUniform) set_uniform(static_cast<int>(i), operands_[i].number);
   const std::uint64_t sign = std::uint64_t{1} << 63;
-  double* const masks = numbers_.data() + slots_.size() * stride_;
+  double* const masks = numbers_.data() + operands_.size() * stride_;
   std::fill_n(masks, stride_, std::bit_cast<double>(sign));
   std::fill_n(masks + stride_, stride_, std::bit_cast<double>(~sign));
 }
 
-void VectorCode::set_number(int slot, double number) {
+void VectorCode::set_uniform(int slot, double number) {
   const auto at = static_cast<std::size_t>(slot);
-  SIM_ASSERT(slots_[at].kind == Kind::kNumber);
+  SIM_ASSERT(operands_[at].kind == Kind::kUniform);
   std::fill_n(numbers_.data() + at * stride_, stride_, number);
 }
 
@@ -448,20 +448,20 @@ void VectorCode::run(double* const* arrays, int count) const {
 
 void VectorCode::interpret(double* const* arrays, int count) const {
   alignas(64) double scratch[kScratch];
-  double* addresses[kMostSlots];
+  double* addresses[kMostOperands];
   double* value = scratch;
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
-    if (slots_[i].kind == Kind::kNumber) {
+  for (std::size_t i = 0; i < operands_.size(); ++i) {
+    if (operands_[i].kind == Kind::kUniform) {
       addresses[i] = const_cast<double*>(numbers_.data()) + i * stride_;  // only read
-    } else if (slots_[i].kind == Kind::kValue) {
+    } else if (operands_[i].kind == Kind::kRegister) {
       addresses[i] = value;
       value += apart_;
     }
   }
   for (int begin = 0; begin < count; begin += block_) {
-    for (std::size_t i = 0; i < slots_.size(); ++i)
-      if (slots_[i].kind == Kind::kArray)
-        addresses[i] = arrays[slots_[i].array] + slots_[i].distance + begin;
+    for (std::size_t i = 0; i < operands_.size(); ++i)
+      if (operands_[i].kind == Kind::kArray)
+        addresses[i] = arrays[operands_[i].array] + operands_[i].distance + begin;
     interpret_(code_, addresses, (std::min(block_, count - begin) + 7) / 8 * 8);
   }
 }

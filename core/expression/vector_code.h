@@ -19,33 +19,34 @@ class VectorCode {
  public:
   enum class Form { kFastest, kInterpreted };
 
-  // A slot of the instructions.
-  struct Slot {
+  // An operand or result of instructions, which name it by its number among all of them.
+  struct Operand {
     enum class Kind {
-      kValue,   // of one element, from one instruction to the next
-      kNumber,  // the same for all elements; instructions only read it
-      kArray    // of element i the number i + distance of an array
+      kRegister,  // of one element, from one instruction to the next
+      kUniform,   // the same for all elements; instructions only read it
+      kArray      // of element i the number i + distance of an array
     };
-    Kind kind = Kind::kValue;
+    Kind kind = Kind::kRegister;
     int array = 0;
     std::ptrdiff_t distance = 0;
     double number = 0;
   };
 
   VectorCode() = default;
-  // Two slots that are the same place of an array must be the same slot, unless both are only read.
+  // Two operands at the same place of an array must be the same, unless both are only read.
   // Throws Error{kScene} if there are too many.
-  VectorCode(std::vector<Instruction> code, std::vector<Slot> slots, Form form = Form::kFastest);
+  VectorCode(std::vector<Instruction> code, std::vector<Operand> operands,
+             Form form = Form::kFastest);
 
-  void set_number(int slot, double number);
+  void set_uniform(int operand, double number);
 
   // Runs the instructions for the elements 0 to count - 1. Arrays may be read and written up to the
   // next multiple of 8 elements; one that no instruction names may be null. Allocates nothing; any
   // number of threads at a time.
   void run(double* const* arrays, int count) const;
 
-  // Most slots, and most of them that are values.
-  static constexpr int kMostSlots = 2048, kMostValues = 1024;
+  // Most operands, and most of them that are registers.
+  static constexpr int kMostOperands = 2048, kMostRegisters = 1024;
 
   bool is_native() const { return native_ != nullptr; }
 
@@ -55,11 +56,11 @@ class VectorCode {
   void interpret(double* const* arrays, int count) const;
 
   std::vector<Instruction> code_;
-  std::vector<Slot> slots_;
-  int block_ = 0,
-      apart_ = 0;           // elements that are interpreted at a time, numbers from value to value
+  std::vector<Operand> operands_;
+  int block_ = 0;           // elements that are interpreted at a time
+  int apart_ = 0;           // numbers from a register to the next, interpreted
   std::size_t stride_ = 0;  // from one number to the next
-  Array numbers_;           // of the slots, each as often as elements need it
+  Array numbers_;           // of the operands, each as often as elements need it
   RunInstructions interpret_ = run_instructions();
   x86::CodePages pages_;
   Native* native_ = nullptr;  // in these pages

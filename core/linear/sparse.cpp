@@ -4,31 +4,10 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/assert.h"
 
 namespace sim {
-
-namespace {
-
-// A pattern by columns, of (column, row).
-struct Columns {
-  Columns(int count, std::vector<std::pair<int, int>> entries)
-      : begins(static_cast<std::size_t>(count) + 1, 0) {
-    std::ranges::sort(entries);
-    entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
-    for (const auto& [column, row] : entries) {
-      ++begins[static_cast<std::size_t>(column) + 1];
-      rows.push_back(row);
-    }
-    std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  }
-
-  std::vector<int> begins, rows;
-};
-
-}  // namespace
 
 SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper) {
   SIM_ASSERT(std::ranges::all_of(upper, [rows](const auto& entry) {
@@ -36,19 +15,15 @@ SparseSymmetric::SparseSymmetric(int rows, std::span<const std::pair<int, int>> 
   }));
   std::vector<std::pair<int, int>> entries;
   for (const auto& [row, column] : upper) entries.emplace_back(column, row);
-  Columns columns(rows, std::move(entries));
-  begins_ = std::move(columns.begins);
-  rows_ = std::move(columns.rows);
-  values_.resize(rows_.size(), 0);
-  factors_ = SupernodalFactors(begins_, rows_);
+  pattern_ = Sparsity(rows, std::move(entries));
+  values_.resize(pattern_.count(), 0);
+  factors_ = SupernodalFactors(pattern_);
 }
 
 int SparseSymmetric::entry(int row, int column) const {
-  const auto begin = rows_.begin() + begins_[static_cast<std::size_t>(column)];
-  const auto end = rows_.begin() + begins_[static_cast<std::size_t>(column) + 1];
-  const auto found = std::lower_bound(begin, end, row);
-  SIM_ASSERT(found != end && *found == row);
-  return static_cast<int>(found - rows_.begin());
+  const int found = pattern_.find(column, row);
+  SIM_ASSERT(found >= 0);
+  return found;
 }
 
 double factor_products(std::span<const int> rows, BlockPairs pairs) {
@@ -62,9 +37,8 @@ double factor_products(std::span<const int> rows, BlockPairs pairs) {
         std::minmax(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]);
     if (low >= 0) entries.emplace_back(high, low);
   }
-  const Columns graph(free, std::move(entries));
   double squares = 0;
-  for (const double count : factor_counts(graph.begins, graph.rows))
+  for (const double count : factor_counts(Sparsity(free, std::move(entries))))
     squares += (count + 1) * (count + 1);
   return 27 * squares;
 }

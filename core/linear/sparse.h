@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/linear/supernodal.h"
+#include "core/math/sparsity.h"
 
 namespace sim {
 
@@ -21,7 +22,7 @@ class SparseSymmetric {
   SparseSymmetric(int rows, std::span<const std::pair<int, int>> upper);
 
   int entry(int row, int column) const;  // its place among the values; in a column they lie by row
-  int column(int column) const { return begins_[static_cast<std::size_t>(column)]; }  // its first
+  int column(int column) const { return pattern_.begin_of(column); }  // its first entry
   std::span<double> values() { return values_; }
   std::span<const double> values() const { return values_; }
   bool factorise() { return factors_.factorise(values_, true); }  // false: not positive definite
@@ -32,7 +33,7 @@ class SparseSymmetric {
   void solve(std::span<double> x) const { factors_.solve(x); }  // x := A^-1 x; one thread at a time
 
  private:
-  std::vector<int> begins_, rows_;  // of each column in rows_; of each entry
+  Sparsity pattern_;
   std::vector<double> values_;
   SupernodalFactors factors_;
 };

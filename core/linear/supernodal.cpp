@@ -13,12 +13,12 @@ constexpr int kWidest = 48;  // columns of a panel, so that its products stay in
 
 // The column that row j of L is eliminated into after column i, its parent: the first row below the
 // diagonal of column i. Liu (1990), SIAM J. Matrix Anal. Appl. 11(1).
-std::vector<int> elimination_tree(std::span<const int> begins, std::span<const int> rows) {
-  const auto n = begins.size() - 1;
+std::vector<int> elimination_tree(const Sparsity& upper) {
+  const auto n = static_cast<std::size_t>(upper.size());
   std::vector<int> parents(n, kNone), ancestors(n, kNone);
   for (std::size_t j = 0; j < n; ++j)
-    for (int e = begins[j]; e < begins[j + 1]; ++e)
-      for (int i = rows[static_cast<std::size_t>(e)]; i != kNone && i < static_cast<int>(j);) {
+    for (int e = upper.begin[j]; e < upper.begin[j + 1]; ++e)
+      for (int i = upper.row(e); i != kNone && i < static_cast<int>(j);) {
         int& ancestor = ancestors[static_cast<std::size_t>(i)];
         const int next = ancestor;
         ancestor = static_cast<int>(j);
@@ -56,15 +56,14 @@ std::vector<int> postorder(std::span<const int> parents) {
 }
 
 // The numbers of entries of L below the diagonals.
-std::vector<int> column_counts(std::span<const int> begins, std::span<const int> rows,
-                               std::span<const int> parents) {
+std::vector<int> column_counts(const Sparsity& upper, std::span<const int> parents) {
   const auto n = parents.size();
   std::vector<int> counts(n, 0), seen(n, kNone);
   for (std::size_t j = 0; j < n; ++j) {
     seen[j] = static_cast<int>(j);
-    for (int e = begins[j]; e < begins[j + 1]; ++e)
-      for (auto i = static_cast<std::size_t>(rows[static_cast<std::size_t>(e)]);
-           seen[i] != static_cast<int>(j); i = static_cast<std::size_t>(parents[i])) {
+    for (int e = upper.begin[j]; e < upper.begin[j + 1]; ++e)
+      for (auto i = static_cast<std::size_t>(upper.row(e)); seen[i] != static_cast<int>(j);
+           i = static_cast<std::size_t>(parents[i])) {
         seen[i] = static_cast<int>(j);
         ++counts[i];
       }
@@ -81,19 +80,19 @@ bool may_join(double columns, double rows, double zeros) {
 
 }  // namespace
 
-SupernodalFactors::SupernodalFactors(std::span<const int> begins, std::span<const int> rows) {
-  const auto n = begins.size() - 1;
-  const std::vector<int> tree = elimination_tree(begins, rows);
+SupernodalFactors::SupernodalFactors(const Sparsity& upper) {
+  const auto n = static_cast<std::size_t>(upper.size());
+  const std::vector<int> tree = elimination_tree(upper);
   order_ = postorder(tree);
-  const std::vector<int> numbers = column_counts(begins, rows, tree);
+  const std::vector<int> numbers = column_counts(upper, tree);
   std::vector<int> parents(n), counts(n);
   for (std::size_t i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(order_[i]);
     parents[at] = tree[i] == kNone ? kNone : order_[static_cast<std::size_t>(tree[i])];
     counts[at] = numbers[i];
   }
-  find_rows(supernodes(parents, counts), begins, rows);
-  place_entries(begins, rows);
+  find_rows(supernodes(parents, counts), upper);
+  place_entries(upper);
 
   std::size_t most = 0;
   for (const Panel& panel : panels_) most = std::max(most, static_cast<std::size_t>(panel.count));
@@ -146,23 +145,21 @@ std::vector<int> SupernodalFactors::supernodes(std::span<const int> parents,
   return first;
 }
 
-void SupernodalFactors::find_rows(std::span<const int> first, std::span<const int> begins,
-                                  std::span<const int> rows) {
+void SupernodalFactors::find_rows(std::span<const int> first, const Sparsity& upper) {
   const auto n = order_.size();
   // The lower half by columns, in the new order.
   std::vector<std::size_t> starts(n + 1, 0);
   const auto ends_of = [&](std::size_t j, int e) {
-    return std::minmax(order_[j],
-                       order_[static_cast<std::size_t>(rows[static_cast<std::size_t>(e)])]);
+    return std::minmax(order_[j], order_[static_cast<std::size_t>(upper.row(e))]);
   };
   for (std::size_t j = 0; j < n; ++j)
-    for (int e = begins[j]; e < begins[j + 1]; ++e)
+    for (int e = upper.begin[j]; e < upper.begin[j + 1]; ++e)
       ++starts[static_cast<std::size_t>(ends_of(j, e).first) + 1];
   std::partial_sum(starts.begin(), starts.end(), starts.begin());
-  std::vector<int> lower(rows.size());
+  std::vector<int> lower(upper.count());
   std::vector<std::size_t> filled(starts.begin(), starts.end() - 1);
   for (std::size_t j = 0; j < n; ++j)
-    for (int e = begins[j]; e < begins[j + 1]; ++e) {
+    for (int e = upper.begin[j]; e < upper.begin[j + 1]; ++e) {
       const auto [column, row] = ends_of(j, e);
       lower[filled[static_cast<std::size_t>(column)]++] = row;
     }
@@ -216,12 +213,13 @@ void SupernodalFactors::find_rows(std::span<const int> first, std::span<const in
   numbers_ = Array(place + 8);
 }
 
-void SupernodalFactors::place_entries(std::span<const int> begins, std::span<const int> rows) {
-  entries_.resize(rows.size());
+void SupernodalFactors::place_entries(const Sparsity& upper) {
+  entries_.resize(upper.count());
   for (std::size_t j = 0; j < order_.size(); ++j)
-    for (int e = begins[j]; e < begins[j + 1]; ++e) {
+    for (int e = upper.begin[j]; e < upper.begin[j + 1]; ++e) {
       const auto at = static_cast<std::size_t>(e);
-      const auto [column, row] = std::minmax(order_[j], order_[static_cast<std::size_t>(rows[at])]);
+      const auto [column, row] =
+          std::minmax(order_[j], order_[static_cast<std::size_t>(upper.rows[at])]);
       const Panel& panel =
           panels_[static_cast<std::size_t>(panel_of_[static_cast<std::size_t>(column)])];
       const int* const own = rows_.data() + panel.rows;
@@ -231,6 +229,18 @@ void SupernodalFactors::place_entries(std::span<const int> begins, std::span<con
           panel.place + static_cast<std::size_t>(found - own) +
           static_cast<std::size_t>(column - panel.first) * static_cast<std::size_t>(panel.count);
     }
+}
+
+// The product L D L^T of columns of L, `depth` of them from the row at l on, with up to four of
+// its first rows.
+void SupernodalFactors::multiply(const double* l, std::ptrdiff_t stride, const double* pivots,
+                                 int depth, int rows, int columns) {
+  for (int k = 0; k < depth; ++k)
+    for (int j = 0; j < 4; ++j)
+      factor_[static_cast<std::size_t>(4 * k + j)] =
+          j < columns ? pivots[k] * l[k * stride + j] : 0;
+  kernels_.multiply(l, stride, rows, factor_.data(), depth, product_.data(),
+                    std::ssize(relative_) + 8);
 }
 
 // The columns of a panel less the products of another one, whose rows [begin, end) they are.
@@ -245,12 +255,7 @@ void SupernodalFactors::update(const Panel& to, const Panel& from, int begin, in
   const double* const pivots = pivots_.data() + from.first;
   for (int group = 0; group < end - begin; group += 4) {
     const int columns = std::min(4, end - begin - group);
-    for (int k = 0; k < from.columns; ++k)
-      for (int j = 0; j < 4; ++j)
-        factor_[static_cast<std::size_t>(4 * k + j)] =
-            j < columns ? pivots[k] * l[k * stride + group + j] : 0;
-    kernels_.multiply(l + group, stride, rows - group, factor_.data(), from.columns,
-                      product_.data(), height);
+    multiply(l + group, stride, pivots, from.columns, rows - group, columns);
     for (int j = 0; j < columns; ++j) {
       const double* const product = product_.data() + j * height - group;
       const int* const place = relative_.data();
@@ -275,11 +280,7 @@ bool SupernodalFactors::eliminate(const Panel& panel, bool positive) {
     const int columns = std::min(4, panel.columns - group), rows = panel.count - group;
     double* const diagonal = l + group * stride + group;
     if (group > 0) {
-      for (int k = 0; k < group; ++k)
-        for (int j = 0; j < 4; ++j)
-          factor_[static_cast<std::size_t>(4 * k + j)] =
-              j < columns ? pivots[k] * l[k * stride + group + j] : 0;
-      kernels_.multiply(l + group, stride, rows, factor_.data(), group, product_.data(), height);
+      multiply(l + group, stride, pivots, group, rows, columns);
       for (int j = 0; j < columns; ++j) {
         const double* const product = product_.data() + j * height;
         double* const column = diagonal + j * stride;
@@ -357,8 +358,8 @@ void SupernodalFactors::solve(std::span<double> x) const {
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = all_[static_cast<std::size_t>(order_[i])];
 }
 
-std::vector<int> factor_counts(std::span<const int> begins, std::span<const int> rows) {
-  return column_counts(begins, rows, elimination_tree(begins, rows));
+std::vector<int> factor_counts(const Sparsity& upper) {
+  return column_counts(upper, elimination_tree(upper));
 }
 
 }  // namespace sim

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/math/sparsity.h"
 
 namespace sim {
 
@@ -26,8 +27,8 @@ struct PanelKernels {
 };
 PanelKernels panel_kernels();
 
-// The numbers of entries of L below the diagonals, of a pattern as SupernodalFactors takes it.
-std::vector<int> factor_counts(std::span<const int> begins, std::span<const int> rows);
+// The numbers of entries of L below the diagonals, of the upper half of a matrix.
+std::vector<int> factor_counts(const Sparsity& upper);
 
 // Columns of L with nearly the same rows are kept as one dense panel (supernodes; Ng & Peyton 1993,
 // SIAM J. Sci. Comput. 14). A panel takes the products of those before it that reach its columns,
@@ -37,9 +38,8 @@ std::vector<int> factor_counts(std::span<const int> begins, std::span<const int>
 class SupernodalFactors {
  public:
   SupernodalFactors() = default;
-  // The upper half with its diagonal, by columns: the entries of column j are begins[j] to
-  // begins[j + 1] - 1 and have these rows, ascending.
-  SupernodalFactors(std::span<const int> begins, std::span<const int> rows);
+  // The upper half with its diagonal.
+  explicit SupernodalFactors(const Sparsity& upper);
 
   // Factorises the matrix of these entries; false if a pivot is 0 or not finite, or below 0 where
   // they must be positive. Allocates nothing.
@@ -57,11 +57,12 @@ class SupernodalFactors {
   };
 
   std::vector<int> supernodes(std::span<const int> parents, std::span<const int> counts) const;
-  void find_rows(std::span<const int> first, std::span<const int> begins,
-                 std::span<const int> rows);
-  void place_entries(std::span<const int> begins, std::span<const int> rows);
+  void find_rows(std::span<const int> first, const Sparsity& upper);
+  void place_entries(const Sparsity& upper);
   void update(const Panel& to, const Panel& from, int begin, int end);
   bool eliminate(const Panel& panel, bool positive);
+  void multiply(const double* l, std::ptrdiff_t stride, const double* pivots, int depth, int rows,
+                int columns);
   double* columns_of(const Panel& panel) { return numbers_.data() + panel.place; }
   const double* columns_of(const Panel& panel) const { return numbers_.data() + panel.place; }
 

@@ -87,8 +87,7 @@ std::string ring(const ChartRing& wanted, const DecadeScale& x, const DecadeScal
                      "paint-order=\"stroke\" stroke=\"white\" stroke-width=\"4\"");
 }
 
-// Where words along a horizontal line at height y have least in their way, px; they are put above
-// it.
+// The left end of words above a horizontal line at height y where they have least in their way, px.
 double place_along(const std::string& words, double y, const parts::Places& places) {
   const double half = 0.46 * parts::width_of(words);
   double best = kLeft + 6, least = HUGE_VAL;

@@ -91,6 +91,11 @@ std::array<double, 2> range_of(const Frame& frame, std::size_t name, std::size_t
   return {low, high};
 }
 
+// A light plate behind words that may lie on the scene.
+void add_plate(Picture& picture, float x, float y, float width, float height) {
+  picture.patches.push_back({x, y, width, height, {0xFFFFFF}, 0.8F});
+}
+
 }  // namespace
 
 unsigned family_colour(std::size_t i) { return kFamilies[i % std::size(kFamilies)]; }
@@ -397,11 +402,6 @@ std::vector<std::string> Scenery::warnings(const Moment& moment) const {
   add(no_numbers, "have positions that are not numbers");
   if (within) lines.emplace_back("the camera is inside of a solid");
   return lines;
-}
-
-// A light plate behind words that may lie on the scene.
-void add_plate(Picture& picture, float x, float y, float width, float height) {
-  picture.patches.push_back({x, y, width, height, {0xFFFFFF}, 0.8F});
 }
 
 // Above on the left what is seen, below on the right the scale of the colours.

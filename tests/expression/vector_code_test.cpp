@@ -13,7 +13,7 @@ using namespace sim;
 
 namespace {
 
-using Slot = VectorCode::Slot;
+using Operand = VectorCode::Operand;
 
 constexpr int kOps = static_cast<int>(Op::kDifferenceTimes) + 1;
 constexpr int kMost = 300, kMargin = 16;  // elements of an array, and around them
@@ -21,7 +21,7 @@ constexpr int kMost = 300, kMargin = 16;  // elements of an array, and around th
 // Arrays that are only read come first; each other one has one slot, at distance 0.
 struct Case {
   std::vector<Instruction> code;
-  std::vector<Slot> slots;
+  std::vector<Operand> slots;
   int arrays = 0, read = 0;
 };
 
@@ -33,17 +33,17 @@ Case random_case(std::mt19937& random, int arrays, int values, int count, bool f
     return static_cast<int>(random() % static_cast<unsigned>(most));
   };
   std::vector<std::uint16_t> known, written;  // slots
-  const auto add = [&](Slot slot) {
+  const auto add = [&](Operand slot) {
     made.slots.push_back(slot);
     return static_cast<std::uint16_t>(made.slots.size() - 1);
   };
   for (int i = 0; i < 3 * made.read; ++i)
-    known.push_back(add({Slot::Kind::kArray, i % made.read, below(2 * kMargin) - kMargin}));
+    known.push_back(add({Operand::Kind::kArray, i % made.read, below(2 * kMargin) - kMargin}));
   for (int i = 0; i < 3; ++i)
-    known.push_back(add({Slot::Kind::kNumber, 0, 0, 0.1 * below(40) - 2}));
+    known.push_back(add({Operand::Kind::kUniform, 0, 0, 0.1 * below(40) - 2}));
   for (int i = 0; i < values; ++i) written.push_back(add({}));
   for (int i = made.read; i < arrays; ++i) {
-    written.push_back(add({Slot::Kind::kArray, i}));
+    written.push_back(add({Operand::Kind::kArray, i}));
     known.push_back(written.back());  // what it held before
   }
   for (int i = 0; i < count; ++i) {
@@ -140,8 +140,8 @@ TEST_CASE("loops of machine code have the bits of the interpreter") {
 
 TEST_CASE("elementary functions and many arrays are interpreted, in blocks") {
   const auto slots = [](int arrays) {
-    std::vector<Slot> made;
-    for (int i = 0; i < arrays; ++i) made.push_back({Slot::Kind::kArray, i});
+    std::vector<Operand> made;
+    for (int i = 0; i < arrays; ++i) made.push_back({Operand::Kind::kArray, i});
     return made;
   };
   VectorCode sine({{Op::kSin, 1, {0, 0, 0}}}, slots(2));
@@ -158,8 +158,8 @@ TEST_CASE("elementary functions and many arrays are interpreted, in blocks") {
 }
 
 TEST_CASE("a number that changes is read by the next run, and code moves") {
-  const std::vector<Slot> slots = {
-      {Slot::Kind::kArray, 0}, {Slot::Kind::kArray, 1}, {Slot::Kind::kNumber, 0, 0, 2}};
+  const std::vector<Operand> slots = {
+      {Operand::Kind::kArray, 0}, {Operand::Kind::kArray, 1}, {Operand::Kind::kUniform, 0, 0, 2}};
   for (const auto form : {VectorCode::Form::kFastest, VectorCode::Form::kInterpreted}) {
     VectorCode made({{Op::kMultiply, 1, {0, 2, 0}}}, slots, form);
     VectorCode code;
@@ -168,7 +168,7 @@ TEST_CASE("a number that changes is read by the next run, and code moves") {
     code = std::move(made);
     code.run(arrays.data(), 3);
     CHECK(arrays.at(1, 2) == 2 * arrays.at(0, 2));
-    code.set_number(2, -3);
+    code.set_uniform(2, -3);
     code.run(arrays.data(), 3);
     CHECK(arrays.at(1, 2) == -3 * arrays.at(0, 2));
   }

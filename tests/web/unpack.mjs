@@ -24,7 +24,7 @@ for (const [name, bytes] of Object.entries(cases))
   if (Buffer.compare(Buffer.from(unpacked_lzma(module, packed(bytes), bytes.length)), bytes))
     fail(`${name} comes back as something else`);
 
-// What a page holds may be damaged: each way ends, and no byte is written elsewhere.
+// A page may be damaged: each way ends, and no byte is written elsewhere.
 let refused = 0;
 for (let i = 0; i < 400; ++i) {
   const broken = Buffer.from(packed(cases.words));

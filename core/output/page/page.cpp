@@ -404,18 +404,16 @@ std::string Page::solids_json(std::size_t m) const {
     if (first[s].body) solid.json("body", "1");
     if (room) solid.json("room", "1");
     if (form == Form::kMesh) {
-      std::vector<double> corners;
-      for (const auto& t : first[s].mesh->triangles)
-        for (const int i : t)
-          for (const double x : first[s].mesh->points[static_cast<std::size_t>(i)])
-            corners.push_back(x);
-      solid.json("mesh", numbers(corners));
-      std::vector<double> ends;
-      for (const auto& edge : sharp_edges(*first[s].mesh))
-        for (const int i : edge)
-          for (const double x : first[s].mesh->points[static_cast<std::size_t>(i)])
-            ends.push_back(x);
-      solid.json("edges", numbers(ends));
+      const RigidShape& mesh = *first[s].mesh;
+      const auto coordinates = [&mesh](const auto& parts) {
+        std::vector<double> flat;
+        for (const auto& part : parts)
+          for (const int i : part)
+            for (const double x : mesh.points[static_cast<std::size_t>(i)]) flat.push_back(x);
+        return numbers(flat);
+      };
+      solid.json("mesh", coordinates(mesh.triangles));
+      solid.json("edges", coordinates(sharp_edges(mesh)));
     }
     list.push_back(solid.str());
   }

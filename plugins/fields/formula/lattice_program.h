@@ -21,13 +21,13 @@ struct LatticeNeighbours {
 // then those of the caller.
 class LatticeProgram {
  public:
-  using Slot = VectorCode::Slot;
+  using Operand = VectorCode::Operand;
 
   LatticeProgram(const Lattice& lattice, const LatticeNeighbours& neighbours);
 
-  int add_slot(const Slot& slot);
-  int add_value() { return add_slot({}); }
-  int add_number(double number) { return add_slot({Slot::Kind::kNumber, 0, 0, number}); }
+  int add_operand(const Operand& slot);
+  int add_register() { return add_operand({}); }
+  int add_uniform(double number) { return add_operand({Operand::Kind::kUniform, 0, 0, number}); }
   // A number of the cell, the `name`-th of a row of the caller.
   int add_own(int array, int name);
 
@@ -50,7 +50,7 @@ class LatticeProgram {
 
   std::ptrdiff_t pitch_;
   std::vector<std::pair<int, int>> rows_;
-  std::vector<Slot> slots_;
+  std::vector<Operand> slots_;
   std::vector<int> points_, neighbours_;  // slots
   int time_;
   std::vector<Instruction> instructions_;
@@ -66,7 +66,7 @@ class LatticeEvaluation {
   // behind the results.
   template <class Visit>
   void run(const Lattice& lattice, double t, LatticeRows& x, const Visit& visit) {
-    code_.set_number(time_, t);
+    code_.set_uniform(time_, t);
     for (int slab = 0; slab < lattice.slabs(); ++slab)
       for (int row = 0; row < lattice.rows(); ++row) {
         double** array = arrays_.data();

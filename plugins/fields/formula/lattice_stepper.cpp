@@ -18,8 +18,8 @@ enum Own { kX, kSum, kSlopes, kOut, kOwn };
 
 bool LatticeStepper::fits(const Code& code, const ExplicitPlan& plan) {
   const int own = code.outputs * (plan.stages + 5) + 2 * plan.stages;
-  return code.slots() + own <= VectorCode::kMostSlots &&
-         code.registers + 2 * code.outputs <= VectorCode::kMostValues;
+  return code.slots() + own <= VectorCode::kMostOperands &&
+         code.registers + 2 * code.outputs <= VectorCode::kMostRegisters;
 }
 
 LatticeStepper::LatticeStepper(const Lattice& lattice, const LatticeNeighbours& neighbours,
@@ -66,7 +66,7 @@ LatticeStepper::Stage LatticeStepper::stage(const Code& code, int number) {
   made.time = program.time();
   const int names = lattice_.names(), last = plan_.stages - 1;
   const auto weight = [&](double value) {
-    made.weights.push_back({program.add_number(0), value});
+    made.weights.push_back({program.add_uniform(0), value});
     return made.weights.back().slot;
   };
 
@@ -75,7 +75,7 @@ LatticeStepper::Stage LatticeStepper::stage(const Code& code, int number) {
     for (int name = 0; name < names; ++name)
       slopes[static_cast<std::size_t>(j)].push_back(
           is_kept(j) ? program.add_own(program.own(kSlopes), j * names + name)
-                     : program.add_value());
+                     : program.add_register());
   program.add_code(code, slopes.back());
 
   std::vector<int> x, sum, out, part;
@@ -85,7 +85,7 @@ LatticeStepper::Stage LatticeStepper::stage(const Code& code, int number) {
     out.push_back(program.add_own(program.own(kOut), name));
     // The next state grows where it will be.
     sum.push_back(number == last ? out.back() : program.add_own(program.own(kSum), name));
-    part.push_back(program.add_value());
+    part.push_back(program.add_register());
   }
 
   // to := from + h weight k
@@ -132,7 +132,7 @@ void LatticeStepper::set_step(double h) {
   h_ = h;
   for (Stage& stage : stages_)
     for (const Weight& weight : stage.weights)
-      stage.code.set_number(weight.slot, h * weight.weight);
+      stage.code.set_uniform(weight.slot, h * weight.weight);
 }
 
 void LatticeStepper::run_slab(int stage, int slab) {
@@ -164,7 +164,7 @@ void LatticeStepper::sweep() {
 bool LatticeStepper::step(double t, double h, int count, const double* x, double* x_next) {
   set_step(h);
   for (std::size_t i = 0; i < stages_.size(); ++i)
-    stages_[i].code.set_number(stages_[i].time, t + plan_.c[i] * h);
+    stages_[i].code.set_uniform(stages_[i].time, t + plan_.c[i] * h);
   x_.load(lattice_, x);
   for (int i = 0; i < count; ++i) {
     sweep();
