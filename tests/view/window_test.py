@@ -112,8 +112,21 @@ class Window:
         with open(self.record, encoding="ascii") as file:
             return [line.split(" ", 1)[1].strip() for line in file if line.startswith("+")]
 
+    def count(self, word):
+        return sum(line.startswith(word) for line in self.lines())
+
     def said(self, word, count=1):
-        self.until(lambda: sum(line.startswith(word) for line in self.lines()) >= count)
+        self.until(lambda: self.count(word) >= count)
+
+    def still(self):
+        """Until two pictures are the same: on a busy machine a key is obeyed late."""
+        last = [None]
+
+        def same():
+            before, last[0] = last[0], self.covered()
+            return before == last[0]
+
+        self.until(same)
 
     def key(self, name):
         self.xdotool("key", name)
@@ -133,18 +146,19 @@ def drag(window, way, hold=None):
     """From the midst of the cloth, which pauses for it; what was grabbed, and where it was left."""
     window.key("space")
     time.sleep(0.3)
+    window.still()
     start = window.covered()[1]
     window.mouse(*start)
-    grabs = sum(line.startswith("grab") for line in window.lines())
+    grabs = window.count("grab")
     if hold:
         window.xdotool("keydown", hold)
     window.xdotool("mousedown", "1")
     window.said("grab", grabs + 1)
     window.key("space")
     for k in range(1, 13):
+        moves = window.count("move")
         window.mouse(start[0] + way[0] * k // 12, start[1] + way[1] * k // 12)
-        time.sleep(0.03)
-    window.said("move")
+        window.said("move", moves + 1)
     window.xdotool("mouseup", "1")
     if hold:
         window.xdotool("keyup", hold)
