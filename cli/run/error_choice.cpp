@@ -87,25 +87,29 @@ void check_error_request(const RunRequest& request) {
 
 namespace {
 
-// The error required of a system: by the command line, or by the scene if nothing else prescribes
-// steps.
-std::optional<study::Budget> asked_of(const SystemSpec& spec, const RunRequest& request) {
-  if (request.error) return request.error;
+// The error required of a system: by the command line, or by the scene or its method if nothing
+// else prescribes steps.
+std::optional<study::RequiredError> asked_of(const SystemSpec& spec, const RunRequest& request,
+                                             Registry& registry) {
+  if (request.error) return study::RequiredError{*request.error};
   const bool steps = request.resume || request.replay || request.from_rest || request.engine ||
                      request.steps || !request.export_to.empty() || request.export_file;
-  if (!spec.error || steps || request.of.size() > 1 ||
-      std::ranges::any_of(kToleranceNames, [&](const char* name) {
-        return request.scene.integrator.given.contains(name);
-      }))
-    return {};
-  return study::Budget{spec.error->value, spec.error->in_metres};
+  if (steps || request.of.size() > 1) return {};
+  std::optional<study::RequiredError> required =
+      study::required_error(spec, request.scene.integrator, request.scene.dt, registry);
+  const bool runs = request.time.value_or(spec.duration) > 0;
+  if (required && !required->asked && !runs) required.reset();
+  return required;
 }
 
-study::GoalChoice choose_one(const SystemSpec& spec, const study::Budget& budget,
+study::GoalChoice choose_one(const SystemSpec& spec, const study::RequiredError& required,
                              const RunRequest& request, Registry& registry,
                              const study::Watch& watch) {
   study::ErrorGoal goal{
-      .budget = budget, .time = request.time.value_or(spec.duration), .dt = request.scene.dt};
+      .budget = required.budget,
+      .time = request.time.value_or(spec.duration),
+      .dt = request.scene.dt,
+      .asked = required.asked};
   if (!(goal.time > 0))
     throw Error(ErrorKind::kUsage,
                 {"nothing to run", "--error", "the run has no length", "give --time"});
@@ -123,21 +127,29 @@ GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& 
                              Console& console, int& caught) {
   GoalChoices choices(scene.systems.size());
   if (std::ranges::none_of(scene.spec.systems, [&](const SystemSpec& spec) {
-        return asked_of(spec, request).has_value();
+        return asked_of(spec, request, registry).has_value();
       }))
     return choices;
   const std::optional<double> time = request.time;
   StudyProgress progress(request.progress, console);
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const SystemSpec& spec = scene.spec.systems[i];
-    const std::optional<study::Budget> budget = asked_of(spec, request);
-    if (!budget) continue;
+    const std::optional<study::RequiredError> required = asked_of(spec, request, registry);
+    if (!required) continue;
     RunRequest own = request;
     own.time = time;
-    choices[i] = choose_one(spec, *budget, own, registry, progress.watch());
+    choices[i] = choose_one(spec, *required, own, registry, progress.watch());
     progress.clear();
     if ((caught = progress.caught())) return {};
     const study::GoalChoice& choice = *choices[i];
+    if (!choice.method && !choice.asked) {
+      choices[i].reset();
+      console.err << "sim: note: no error of a method is known by trials that are short beside the "
+                     "run: '"
+                  << run_options(request.scene, spec, registry).integrator.over(spec.integrator).name
+                  << "' chooses as it goes\n";
+      continue;
+    }
     if (!choice.method)
       throw Error(ErrorKind::kDiverged,
                   {"no step found", spec.name + ", --error",
@@ -208,7 +220,7 @@ study::RunDeviation parting_of(const std::optional<GoalChoice>& made, const RunR
 void check_error_kept(const std::optional<GoalChoice>& made, const RunRequest& request) {
   if (!made) return;
   const GoalChoice& choice = *made;
-  if (choice.kept || request.until_horizon) return;
+  if (choice.kept || !choice.asked || request.until_horizon) return;
   throw Error(ErrorKind::kCheck,
               {"check failed", choice.system + ", error",
                goal_amount(choice, choice.allowed, 3) + " is " + horizon_text(choice),

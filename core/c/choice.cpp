@@ -1,6 +1,7 @@
 // Methods and steps that keep an error.
 #include "core/c/choice.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/c/sim.h"
@@ -13,11 +14,13 @@
 namespace sim::c {
 namespace {
 
-// The error that is asked for, or else that which the system itself asks for.
-std::optional<study::Budget> budget_of(const ChoiceRequest& request, const SystemSpec& spec) {
-  if (request.error) return request.error;
-  if (!spec.error) return {};
-  return study::Budget{spec.error->value, spec.error->in_metres};
+// The error that is asked for, or else that which the system or its method asks for.
+std::optional<study::RequiredError> required_of(const sim_scene& scene,
+                                                const ChoiceRequest& request,
+                                                const SystemSpec& spec) {
+  if (request.error) return study::RequiredError{*request.error};
+  const SceneVariant& variant = scene.asked.variant;
+  return study::required_error(spec, variant.integrator, variant.dt, *scene.registry);
 }
 
 std::string command_of(const sim_scene& scene) {
@@ -29,13 +32,12 @@ std::string command_of(const sim_scene& scene) {
 
 }  // namespace
 
-bool asks_for_error(const sim_scene& scene) {
-  const std::map<std::string, Value>& given = scene.asked.variant.integrator.given;
-  for (const char* name : {"tol", "rtol", "atol"})
-    if (given.contains(name)) return false;
-  for (const SystemSpec& spec : scene.loaded.spec.systems)
-    if (spec.error) return true;
-  return false;
+bool asks_for_error(const sim_scene& scene, bool or_method) {
+  const auto& systems = scene.loaded.spec.systems;
+  return std::ranges::any_of(systems, [&](const SystemSpec& spec) {
+    const std::optional<study::RequiredError> required = required_of(scene, {}, spec);
+    return required && (required->asked || or_method);
+  });
 }
 
 void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
@@ -48,11 +50,14 @@ void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
   const Stop::By asked(*scene.stop, [&] { return watcher.stopped("trials", 0.5); });
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const SystemSpec& spec = scene.loaded.spec.systems[i];
-    const std::optional<study::Budget> budget = budget_of(request, spec);
-    if (!budget) continue;
-    study::ErrorGoal goal{.budget = *budget,
-                          .time = request.time > 0 ? request.time : spec.duration,
-                          .dt = variant.dt};
+    const std::optional<study::RequiredError> required = required_of(scene, request, spec);
+    if (!required) continue;
+    const double time = request.time > 0 ? request.time : spec.duration;
+    if (!required->asked && !(time > 0)) continue;
+    study::ErrorGoal goal{.budget = required->budget,
+                          .time = time,
+                          .dt = variant.dt,
+                          .asked = required->asked};
     if (!(goal.time > 0))
       refuse("nothing to run", "time", "the run has no length", "give a time in s");
     if (!variant.integrator.name.empty())
@@ -62,7 +67,9 @@ void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
     problem.of = report::quantity(spec, request.of);
     choices[i] = study::choose_for_error(problem, goal, watch);
     if (watcher.told()) return;
-    if (!choices[i]->method)
+    if (!choices[i]->method && !required->asked)
+      choices[i].reset();
+    else if (!choices[i]->method)
       throw Error(ErrorKind::kDiverged,
                   {"no step found", spec.name + ", error",
                    "no error of a method is known by trials that are short beside the run",

@@ -9,8 +9,9 @@
 
 namespace sim::c {
 
-// True if the scene itself requires an error, and nothing else requires a tolerance.
-bool asks_for_error(const sim_scene& scene);
+// True if the scene itself requires an error, and nothing else requires a tolerance; with
+// `or_method` also if its method chooses among others and would keep one.
+bool asks_for_error(const sim_scene& scene, bool or_method);
 
 // Chooses for each system with a required error, and makes it anew with its choice. Told to end, it
 // leaves the scene as it was. Throws Error.

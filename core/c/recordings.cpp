@@ -103,7 +103,7 @@ int sim_record(sim_scene* scene, const char* file, sim_error* error) {
     if (!scene->from_file)
       refuse("no file of a scene", scene->name, "a recording names the file of its scene",
              "write the text to a file, and open that");
-    if (asks_for_error(*scene))
+    if (asks_for_error(*scene, false))
       refuse("a step by trials", scene->name,
              "it asks for an error, and a recording names a method and a step",
              "open it with an integrator and its tol");

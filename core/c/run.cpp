@@ -66,7 +66,7 @@ void check_verify(int verify) {
 void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
   using Clock = std::chrono::steady_clock;
   const double time = task.time;
-  if (!task.replays && !task.engine && scene.generation == 1 && asks_for_error(scene))
+  if (!task.replays && !task.engine && scene.generation == 1 && asks_for_error(scene, true))
     choose(scene, {.time = time}, watcher);
   const bool chosen = is_chosen_run(scene, task);
   const bool goes_on = scene.resumed && scene.accounts_at == scene.generation;

@@ -432,7 +432,8 @@ SIM_PLUGIN(Integrator, "auto") {
       "  in steps of at most h, half of the stable one, and an error of tol\n"
       "first order, other forces of velocity, nothing fast yet: dopri5 to tol\n"
       "tol < 1e-7, or 3e-4 of 16 numbers or fewer: dop853 to tol\n"
-      "tol is held in each step, not over the run: the verdict measures that.";
+      "tol is held in each step, not over the run: the verdict measures that.\n"
+      "A run without tol and step is that of --error 0.1%; this where trials tell nothing.";
   plugin.params = {
       {.name = "tol",
        .default_value = 1e-5,

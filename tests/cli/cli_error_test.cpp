@@ -108,6 +108,52 @@ TEST_CASE("an error that chaos does not let keep ends with 8, or the run before 
   CHECK_FALSE(has(shorter.out, "\"t\":40,"));
 }
 
+TEST_CASE("auto without a step or a tolerance keeps 0.1 % of the size", "[cli][error]") {
+  const auto run = [](std::vector<std::string> more) {
+    std::vector<std::string> words{"scenes/cloth.lua", "-T", "0.5", "--json", "-q"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_sim(words);
+  };
+  const auto hash = [](const Outcome& outcome) {
+    return outcome.out.substr(outcome.out.find("\"hash\":"), 26);
+  };
+  const Outcome chosen = run({"-i", "auto"});
+  CHECK(has(chosen.out, "\"error_goal\":{\"allowed\":0.001"));
+  CHECK(hash(chosen) == hash(run({"--error", "0.1%"})));
+  const Outcome finer = run({"-i", "auto", "--error", "0.001%"});
+  CHECK(has(finer.out, "\"error_goal\":{\"allowed\":1.2"));
+  CHECK_FALSE(has(finer.out, "\"integrator\":\"auto\""));
+  for (const std::vector<std::string>& own :
+       {std::vector<std::string>{"-d", "0.001"}, {"--tol", "1e-4"}, {"--from-rest"}}) {
+    std::vector<std::string> words{"-i", "auto"};
+    words.insert(words.end(), own.begin(), own.end());
+    const Outcome outcome = run(words);
+    INFO(own.front() << '\n' << outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(has(outcome.out, "\"integrator\":\"auto\""));
+    CHECK_FALSE(has(outcome.out, "error_goal"));
+  }
+  // An error that nobody asked for is no failed check.
+  const Outcome chaos = run_sim({"scenes/lorenz.lua", "-i", "auto", "--json", "-q"});
+  CHECK(chaos.code == 0);
+  CHECK(has(chaos.out, "\"kept\":false"));
+  CHECK(run_sim({"scenes/cloth.lua", "-i", "auto", "-T", "0", "-q"}).code == 0);
+}
+
+TEST_CASE("where trials tell nothing auto looks at the scene", "[cli][error]") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "pole.lua").string();
+  write_text(file,  // x = 1 / (1 - t) ends at t = 1
+             "local sim = require 'sim'\n"
+             "return sim.scene { state = {1}, field = sim.field.formula { 'x^2', names = {'x'} },\n"
+             "  integrator = 'rk4', dt = 0.01, duration = 2 }\n");
+  const Outcome outcome = run_sim({file, "-i", "auto", "--json"});
+  INFO(outcome.err);
+  CHECK(outcome.code != 0);
+  CHECK(has(outcome.err, "'auto' chooses as it goes"));
+  CHECK_FALSE(has(outcome.out, "error_goal"));
+}
+
 TEST_CASE("the prompt takes an error for its step", "[cli][error]") {
   const auto answer = [](const std::string& input) {
     return run_sim({"scenes/pendulum.lua", "--mode", "json"},

@@ -126,6 +126,46 @@ TEST_CASE("a method or a step that is given restricts the choice", "[study][goal
                          {.budget = {1e-3, false}, .time = 1, .integrators = {{"verlet", {}}}}));
 }
 
+TEST_CASE("a scene, a method that chooses among others, or nothing requires an error",
+          "[study][goal]") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_cloth(4);
+  const auto required = [&](const sim::MethodChoice& named, double dt) {
+    return sim::study::required_error(spec, named, dt, registry);
+  };
+  CHECK_FALSE(required({}, 0));
+  CHECK_FALSE(required("verlet", 0));
+  REQUIRE(required("auto", 0));
+  CHECK_FALSE(required("auto", 0)->asked);
+  CHECK(required("auto", 0)->budget.of(2) == 2e-3);
+  CHECK_FALSE(required("auto", 0.01));
+  CHECK_FALSE(required({"auto", {{"tol", 1e-4}}}, 0));
+  // The step of a scene belongs to its own method.
+  spec.integrator = "auto";
+  REQUIRE(spec.dt > 0);
+  CHECK_FALSE(required({}, 0));
+  spec.dt = 0;
+  CHECK(required({}, 0));
+  CHECK_FALSE(required("rk4", 0));
+  spec.integrator.given["rtol"] = 1e-6;
+  CHECK_FALSE(required({}, 0));
+
+  spec.error = sim::AllowedError{1e-2, true};
+  REQUIRE(required({}, 0.01));
+  CHECK(required({}, 0.01)->asked);
+  CHECK(required({}, 0.01)->budget.of(2) == 1e-2);
+  CHECK(required("verlet", 0)->asked);
+  CHECK_FALSE(required({"dopri5", {{"tol", 1e-4}}}, 0));
+
+  const GoalChoice chosen = choice_of(
+      make_cloth(4),
+      {.budget = {1e-3, false}, .time = 0.2, .integrators = {{"auto", {}}}, .asked = false});
+  CHECK(chosen.candidates.size() > 3);
+  CHECK_FALSE(chosen.asked);
+  CHECK(chosen.method->name != "auto");
+  CHECK(chosen.kept);
+}
+
 TEST_CASE("the same question has the same answer", "[study][goal]") {
   const sim::SystemSpec spec = make_cloth(4);
   const ErrorGoal goal{.budget = {1e-4, false}, .time = 0.5};

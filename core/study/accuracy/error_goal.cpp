@@ -1,6 +1,8 @@
 #include "core/study/accuracy/error_goal.h"
 
 #include <algorithm>
+#include <array>
+#include <ctime>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -21,7 +23,8 @@ constexpr const char* kWorthTrying[] = {
 
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
-constexpr double kFree = 1e6;           // that all trials may take, however short the run
+constexpr double kFree = 1e6;           // that all trials may take, however short the run,
+constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
 constexpr double kAim = 0.7;            // of the error allowed
 constexpr double kCheckCost = 4;        // times that of the choice may take its check
@@ -32,6 +35,16 @@ constexpr double kMostTimesFiner = 64;  // steps more at once
 
 bool is_splitting(const Candidate& method) {
   return method.info.symplectic || method.info.needs_second_order;
+}
+
+bool chooses_among_others(const MethodChoice& method, Registry& registry) {
+  return !method.name.empty() &&
+         registry.get<Integrator>(method.name).make_from_others != nullptr;
+}
+
+bool has_tolerance(const MethodChoice& method) {
+  return std::ranges::any_of(std::array{"tol", "rtol", "atol"},
+                             [&](const char* name) { return method.given.contains(name); });
 }
 
 bool other_family(const Candidate& a, const Candidate& b) {
@@ -60,7 +73,7 @@ class Chooser {
   MethodTrials* check_for(const MethodTrials& chosen);
   bool agrees(MethodTrials& chosen, MethodTrials& check);
   MethodTrials* choose_checked();
-  void run_whole(MethodTrials& chosen);
+  void run_whole(MethodTrials& chosen, int most_mendings);
   double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
   MethodTrials* longest_kept();
   void tell_candidates();
@@ -73,6 +86,7 @@ class Chooser {
   const Watch& watch_;
   double step_ = 0;    // s, that the scene or the goal asks for
   double weight_ = 1;  // evaluations of 64 particles that one takes
+  std::clock_t begin_ = std::clock();
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
   GoalChoice result_;
@@ -84,6 +98,7 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
   result_.system = system.name();
   result_.unit = problem.of || system.flat() ? "" : "m";
   result_.time = goal.time;
+  result_.asked = goal.asked;
   result_.size = scene_size(system);
   result_.allowed = goal.budget.of(result_.size);
   weight_ = std::max(1.0, std::max(system.particles(), system.components() / 3) / kTrialParticles);
@@ -115,9 +130,13 @@ void Chooser::make_trials() {
   constexpr double kFirstTolerance = 1e-3;
   constexpr double kFewest = 20;
   Simulation system = problem_.simulation();
-  std::vector<Candidate> methods = methods_to_sweep(problem_, system, goal_.integrators);
+  std::vector<MethodChoice> wanted = goal_.integrators;
+  std::erase_if(wanted, [&](const MethodChoice& each) {
+    return chooses_among_others(each, *problem_.registry);
+  });
+  std::vector<Candidate> methods = methods_to_sweep(problem_, system, wanted);
   const std::string own = problem_.registry->get<Integrator>(problem_.integrator().name).name;
-  if (goal_.integrators.empty())
+  if (wanted.empty())
     std::erase_if(methods, [&](const Candidate& each) {
       const bool tried = std::ranges::find(kWorthTrying, each.name) != std::end(kWorthTrying);
       return each.chooses || (!tried && each.name != own);
@@ -166,14 +185,18 @@ void Chooser::measure_range() {
   result_.allowed = goal_.budget.of(result_.size);
 }
 
-// All trials together cost at most as much as the run, or little.
+// All trials together cost at most as much as the run, or little. The time of a core is asked only
+// beyond that of the run, and few scenes reach it: the others' choices depend on no machine.
 bool Chooser::affordable(double cost) const {
   double spent = 0, run = HUGE_VAL;
   for (const MethodTrials& each : trials_) {
     spent += each.spent();
     run = std::min(run, whole(each.least_cost(kAim * in_window())));
   }
-  return spent + cost <= std::max(kFree / weight_, run);
+  if (spent + cost <= run) return true;
+  const double seconds = static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC;
+  const bool long_ones = spent > 0 && seconds * (spent + cost) / spent > kFreeSeconds;
+  return spent + cost <= kFree / weight_ && !long_ones;
 }
 
 bool Chooser::refine(MethodTrials& method) {
@@ -276,7 +299,7 @@ double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& ru
 }
 
 // The run and its refined run; repeated with smaller steps if it misses the goal.
-void Chooser::run_whole(MethodTrials& chosen) {
+void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   const Candidate& method = chosen.method();
   const Refinement refinement(method);
   const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
@@ -315,7 +338,7 @@ void Chooser::run_whole(MethodTrials& chosen) {
       result_.kept = error <= result_.allowed;
       result_.horizon = horizon;
     }
-    if (result_.kept || fixed || attempt == kMostMendings) return;
+    if (result_.kept || fixed || attempt == most_mendings) return;
     result_.trials += run.cost + fine.cost;
     if (attempt == 0 && error > 10 * result_.allowed) {
       const double parted = horizon_by_neighbour(method, plan, run);
@@ -366,9 +389,10 @@ void Chooser::tell_candidates() {
 GoalChoice Chooser::choose() {
   make_trials();
   MethodTrials* chosen = choose_checked();
+  const int mendings = chosen || goal_.asked ? kMostMendings : 0;
   if (!told_ && !chosen) chosen = longest_kept();
   if (!told_) tell_candidates();
-  if (!told_ && chosen) run_whole(*chosen);
+  if (!told_ && chosen) run_whole(*chosen, mendings);
   result_.complete = !told_;
   return std::move(result_);
 }
@@ -379,6 +403,16 @@ MethodChoice GoalChoice::integrator() const {
   MethodChoice choice = *method;
   if (tolerance > 0) choice.given["tol"] = tolerance;
   return choice;
+}
+
+std::optional<RequiredError> required_error(const SystemSpec& spec, const MethodChoice& named,
+                                            double dt, Registry& registry) {
+  if (has_tolerance(named)) return {};
+  if (spec.error) return RequiredError{{spec.error->value, spec.error->in_metres}};
+  const MethodChoice method = named.over(spec.integrator);
+  const bool stepped = dt > 0 || (named.name.empty() && spec.dt > 0);
+  if (stepped || has_tolerance(method) || !chooses_among_others(method, registry)) return {};
+  return RequiredError{{}, false};
 }
 
 GoalChoice choose_for_error(const Problem& problem, const ErrorGoal& goal, const Watch& watch) {

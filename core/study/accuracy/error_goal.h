@@ -16,9 +16,23 @@ namespace sim::study {
 struct ErrorGoal {
   Budget budget;                               // of the largest rms error of all times
   double time = 0;                             // s, of the run
-  std::vector<MethodChoice> integrators = {};  // that may be chosen; empty = all that fit
-  double dt = 0;                               // s, that must be taken; 0 = any
+  // That may be chosen; none, or one that chooses among others: all that fit.
+  std::vector<MethodChoice> integrators = {};
+  double dt = 0;      // s, that must be taken; 0 = any
+  bool asked = true;  // see RequiredError: false: a run that is not expected to keep it is not mended
 };
+
+// The error that a run has to keep.
+struct RequiredError {
+  Budget budget = {};
+  bool asked = true;  // false: nothing but a method that chooses among others was asked for
+};
+
+// The error that a system requires itself, or else 0.1 % of the size where its method chooses among
+// others, as `auto` does. None beside a tolerance, and a step that is given leaves the choice to
+// the method. `named`, `dt`: an integrator and a step that replace those of the system, or nothing.
+std::optional<RequiredError> required_error(const SystemSpec& spec, const MethodChoice& named,
+                                            double dt, Registry& registry);
 
 // The cost at which a method would keep the error, by its trials.
 struct GoalCandidate {
@@ -45,6 +59,7 @@ struct GoalChoice {
   double trials = 0;              // cost of all trials
   int mended = 0;                 // how often a run missed and a finer one was taken
   bool kept = false;
+  bool asked = true;          // see RequiredError
   double horizon = HUGE_VAL;  // s, until when it is kept
   bool chaotic = false;       // neighbours part, so that no step helps
   bool complete = false;      // false: told to end
