@@ -105,11 +105,10 @@ std::optional<study::RequiredError> asked_of(const SystemSpec& spec, const RunRe
 study::GoalChoice choose_one(const SystemSpec& spec, const study::RequiredError& required,
                              const RunRequest& request, Registry& registry,
                              const study::Watch& watch) {
-  study::ErrorGoal goal{
-      .budget = required.budget,
-      .time = request.time.value_or(spec.duration),
-      .dt = request.scene.dt,
-      .asked = required.asked};
+  study::ErrorGoal goal{.budget = required.budget,
+                        .time = request.time.value_or(spec.duration),
+                        .dt = request.scene.dt,
+                        .asked = required.asked};
   if (!(goal.time > 0))
     throw Error(ErrorKind::kUsage,
                 {"nothing to run", "--error", "the run has no length", "give --time"});
@@ -144,10 +143,10 @@ GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& 
     const study::GoalChoice& choice = *choices[i];
     if (!choice.method && !choice.asked) {
       choices[i].reset();
+      const MethodChoice own = request.scene.integrator.over(spec.integrator);
       console.err << "sim: note: no error of a method is known by trials that are short beside the "
                      "run: '"
-                  << run_options(request.scene, spec, registry).integrator.over(spec.integrator).name
-                  << "' chooses as it goes\n";
+                  << own.name << "' chooses as it goes\n";
       continue;
     }
     if (!choice.method)

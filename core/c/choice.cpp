@@ -54,10 +54,8 @@ void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
     if (!required) continue;
     const double time = request.time > 0 ? request.time : spec.duration;
     if (!required->asked && !(time > 0)) continue;
-    study::ErrorGoal goal{.budget = required->budget,
-                          .time = time,
-                          .dt = variant.dt,
-                          .asked = required->asked};
+    study::ErrorGoal goal{
+        .budget = required->budget, .time = time, .dt = variant.dt, .asked = required->asked};
     if (!(goal.time > 0))
       refuse("nothing to run", "time", "the run has no length", "give a time in s");
     if (!variant.integrator.name.empty())

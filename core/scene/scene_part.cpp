@@ -10,9 +10,16 @@ using Surface = std::shared_ptr<const TriangleMesh>;
 
 class Selection {
  public:
-  Selection(int n, std::span<const int> ids) : ids_(ids), number_(static_cast<std::size_t>(n), -1) {
+  Selection(const SystemSpec& whole, std::span<const int> ids)
+      : ids_(ids),
+        number_(static_cast<std::size_t>(whole.particles->count()) + whole.points.size(), -1) {
     for (std::size_t i = 0; i < ids.size(); ++i)
       number_[static_cast<std::size_t>(ids[i])] = static_cast<int>(i);
+    for (std::size_t k = 0; k < whole.points.size(); ++k) {
+      const int body = whole.points[k].body;
+      if ((*this)(whole.bodies[static_cast<std::size_t>(body)].first) >= 0)
+        number_[number_.size() - whole.points.size() + k] = count() + points_++;
+    }
   }
 
   int operator()(int id) const { return number_[static_cast<std::size_t>(id)]; }  // -1: left out
@@ -93,7 +100,8 @@ class Selection {
   }
 
   std::span<const int> ids_;
-  std::vector<int> number_;
+  std::vector<int> number_;  // of particles, then of points of bodies
+  int points_ = 0;           // of bodies that are kept
 };
 
 ParticlesSpec particles_of(const ParticlesSpec& whole, const Selection& selection,
@@ -109,10 +117,25 @@ ParticlesSpec particles_of(const ParticlesSpec& whole, const Selection& selectio
   return part;
 }
 
+void add_bodies(const SystemSpec& whole, const Selection& selection, SystemSpec& part) {
+  std::vector<int> number;  // of each body of the whole among those of the part
+  for (const RigidSpec& body : whole.bodies) {
+    const int first = selection(body.first);
+    number.push_back(first < 0 ? -1 : static_cast<int>(part.bodies.size()));
+    if (first < 0) continue;
+    part.bodies.push_back(body);
+    part.bodies.back().first = first;
+  }
+  for (const BodyPoint& point : whole.points)
+    if (const int body = number[static_cast<std::size_t>(point.body)]; body >= 0)
+      part.points.push_back({body, point.at});
+  part.body_contact = whole.body_contact;
+}
+
 }  // namespace
 
 SystemSpec scene_part(const SystemSpec& whole, std::span<const int> ids) {
-  const Selection selection(whole.particles->count(), ids);
+  const Selection selection(whole, ids);
   SystemSpec part;
   part.name = whole.name;
   part.particles = particles_of(*whole.particles, selection, ids);
@@ -120,12 +143,14 @@ SystemSpec scene_part(const SystemSpec& whole, std::span<const int> ids) {
     for (PartSpec each : whole.*parts)
       if (selection.keep(each)) (part.*parts).push_back(std::move(each));
   part.accuracy = whole.accuracy;
+  add_bodies(whole, selection, part);
   if (whole.contact) {
     part.contact = whole.contact;
+    const bool of_bodies = whole.contact->surfaces.empty() && !part.bodies.empty();
     part.contact->surfaces.clear();
     for (const Surface& each : whole.contact->surfaces)
       if (Surface left = selection.surface(each)) part.contact->surfaces.push_back(std::move(left));
-    if (part.contact->surfaces.empty()) part.contact.reset();
+    if (part.contact->surfaces.empty() && !of_bodies) part.contact.reset();
   }
   part.loads = selection.values(whole.loads);
   part.integrator = whole.integrator;

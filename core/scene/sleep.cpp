@@ -44,10 +44,24 @@ class Joined {
   std::vector<int> parent_;
 };
 
+// Elements name points of bodies, too, as numbers beyond those of particles.
+void join_elements(const PartSpec& part, const SystemSpec& spec, Joined& joined) {
+  const int n = spec.particles->count();
+  const auto particle = [&](int id) {
+    if (id < n) return id;
+    const BodyPoint& point = spec.points[static_cast<std::size_t>(id - n)];
+    return spec.bodies[static_cast<std::size_t>(point.body)].first;
+  };
+  part.elements.for_each([&](const Element& element) {
+    for (const int id : element.ids) joined.join(particle(element.ids.front()), particle(id));
+  });
+}
+
 // A force without elements acts on each particle by itself, or on surfaces, each of which is then
 // one island.
-void join_force(const PartSpec& part, const PluginInfo& plugin, Joined& joined) {
-  part.elements.for_each([&](const Element& element) { joined.join(element.ids); });
+void join_force(const PartSpec& part, const PluginInfo& plugin, const SystemSpec& spec,
+                Joined& joined) {
+  join_elements(part, spec, joined);
   bool on_surface = false;
   for (const auto& [name, value] : part.given)
     if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&value)) {
@@ -60,10 +74,11 @@ void join_force(const PartSpec& part, const PluginInfo& plugin, Joined& joined) 
                  "leave sleep out, or give it ties or a surface");
 }
 
-void join_constraint(const PartSpec& part, const PluginInfo& plugin, Joined& joined) {
+void join_constraint(const PartSpec& part, const PluginInfo& plugin, const SystemSpec& spec,
+                     Joined& joined) {
   if (part.elements.empty())
     refuse_sleep(part.place, plugin.title() + " has no elements of its own", "leave sleep out");
-  part.elements.for_each([&](const Element& element) { joined.join(element.ids); });
+  join_elements(part, spec, joined);
 }
 
 // The range of contact, m: the largest length among its parameters.
@@ -86,8 +101,6 @@ Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, Partic
     refuse_sleep(spec.place, "its energy is " + shortest(wish.energy), "give a number of J > 0");
   if (!(wish.after > 0) || !std::isfinite(wish.after))
     refuse_sleep(spec.place, "after is " + shortest(wish.after), "give a number of seconds > 0");
-  if (!spec.bodies.empty())
-    refuse_sleep(spec.place, "this scene has rigid bodies, which do not sleep", "leave sleep out");
   if (particles.size() > particles.layout().size())
     refuse_sleep(spec.place, "this scene has forces or constraints with internal variables",
                  "leave sleep out");
@@ -105,10 +118,15 @@ Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, Partic
   const int n = spec.particles->count();
   Joined joined(n);
   for (const PartSpec& part : spec.forces)
-    join_force(part, registry.get<Force>(part.plugin, part.place), joined);
+    join_force(part, registry.get<Force>(part.plugin, part.place), spec, joined);
   for (const PartSpec& part : spec.constraints)
-    join_constraint(part, registry.get<Constraint>(part.plugin, part.place), joined);
-  reach_ = spec.contact ? reach_of(*spec.contact, registry) : -1;
+    join_constraint(part, registry.get<Constraint>(part.plugin, part.place), spec, joined);
+  reach_ = spec.contact ? reach_of(*spec.contact, registry) : spec.bodies.empty() ? -1 : 0;
+  first_of_bodies_ = spec.bodies.empty() ? n : spec.bodies.front().first;
+  for (const RigidSpec& body : spec.bodies) {
+    for (int k = 1; k < RigidBody::kParticles; ++k) joined.join(body.first, body.first + k);
+    radii_.push_back(RigidBody(body.shape, body.mass, body.first).radius());
+  }
 
   island_.resize(static_cast<std::size_t>(n));
   std::vector<std::vector<int>> members;
@@ -163,16 +181,31 @@ void Sleep::rouse(std::size_t island) {
   --asleep_;
 }
 
+template <class Visit>
+void Sleep::for_each_ball(std::size_t island, const ParticleView& view, Visit&& visit) const {
+  members_[island].for_each([&](int i) {
+    if (i < first_of_bodies_) return visit(view.position(i), view.velocity(i), 0.0);
+    if ((i - first_of_bodies_) % RigidBody::kParticles != 0) return;
+    Vec3 center(0, 0, 0), velocity(0, 0, 0);
+    for (int k = 0; k < RigidBody::kParticles; ++k) {
+      center += view.position(i + k) / RigidBody::kParticles;
+      velocity += view.velocity(i + k) / RigidBody::kParticles;
+    }
+    const int body = (i - first_of_bodies_) / RigidBody::kParticles;
+    visit(center, velocity, radii_[static_cast<std::size_t>(body)]);
+  });
+}
+
 // The bounding box of its particles now and, with the present velocities, some seconds ahead.
 Sleep::Box Sleep::box(std::size_t island, const ParticleView& view, double ahead) const {
   const double most = std::numeric_limits<double>::infinity();
   Box box{Vec3(most, most, most), Vec3(-most, -most, -most)};
-  members_[island].for_each([&](int i) {
+  for_each_ball(island, view, [&](const Vec3& center, const Vec3& velocity, double radius) {
     for (const double s : {0.0, ahead}) {
-      const Vec3 at = view.position(i) + s * view.velocity(i);
+      const Vec3 at = center + s * velocity;
       for (int axis = 0; axis < 3; ++axis) {
-        box.low[axis] = std::min(box.low[axis], at[axis]);
-        box.high[axis] = std::max(box.high[axis], at[axis]);
+        box.low[axis] = std::min(box.low[axis], at[axis] - radius);
+        box.high[axis] = std::max(box.high[axis], at[axis] + radius);
       }
     }
   });
@@ -196,12 +229,11 @@ bool Sleep::touches_moving(std::size_t island, const ParticleView& view, double 
     if (!collider->moves()) continue;
     double gap = std::numeric_limits<double>::infinity();
     bool touches = false;
-    members_[island].for_each([&](int i) {
-      const Vec3 at = view.position(i);
+    for_each_ball(island, view, [&](const Vec3& at, const Vec3&, double radius) {
       const SurfaceSample sample = collider->query(until, at);
-      gap = std::min(gap, sample.gap);
-      touches =
-          touches || (sample.gap <= 2 * Contacts::slack(at) && sample.velocity != Vec3::Zero());
+      gap = std::min(gap, sample.gap - radius);
+      touches = touches ||
+                (sample.gap - radius <= 2 * Contacts::slack(at) && sample.velocity != Vec3::Zero());
     });
     if (touches) return true;
     const double speed = collider->sampled() ? std::numeric_limits<double>::infinity()
@@ -279,16 +311,23 @@ void Sleep::wake_disturbed(double t, double h, const double* x) {
     for (const int i : particles_->prescribed().ids())
       if (v[0][i] != 0 || v[1][i] != 0 || v[2][i] != 0) wake(i);
   }
-  if (reach_ >= 0)
-    for (std::size_t mover = 0; mover < islands(); ++mover) {
-      if (sleeps_[mover]) continue;
-      const Box way = box(mover, view, 2 * h);
-      wake_where([&](std::size_t island) { return near(way, boxes_[island]); });
-    }
   if (particles_->contacts().move())
     wake_where([&](std::size_t island) {
       return free_until_[island] <= t + h && touches_moving(island, view, t + h);
     });
+  // Islands that wake take all with them that they lie on.
+  if (reach_ < 0) return;
+  std::vector<std::size_t> movers;
+  for (std::size_t island = 0; island < islands(); ++island)
+    if (!sleeps_[island]) movers.push_back(island);
+  for (std::size_t k = 0; k < movers.size(); ++k) {
+    const Box way = box(movers[k], view, 2 * h);
+    for (std::size_t island = 0; island < islands(); ++island) {
+      if (!sleeps_[island] || !near(way, boxes_[island])) continue;
+      rouse(island);
+      movers.push_back(island);
+    }
+  }
 }
 
 // Islands that are near each other rest together or not at all.

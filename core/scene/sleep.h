@@ -13,12 +13,12 @@
 
 namespace sim {
 
-// Elements of forces and constraints join particles to islands. One falls asleep, with all that are
-// near enough to touch it, if the kinetic energy of each was below SleepSpec::energy at all checks
-// for SleepSpec::after: its velocities become 0. The awake ones are a scene of their own, of these
-// particles alone, so that methods, contact and threads are the same as without sleep, and the
-// sleeping ones cost nothing. An island wakes when an awake one comes near, a collider moves into
-// it, or the forces on it differ from those at the time when it fell asleep.
+// Bodies and elements of forces and constraints join particles to islands. One falls asleep, with
+// all that are near enough to touch it, if the kinetic energy of each was below SleepSpec::energy
+// at all checks for SleepSpec::after: its velocities become 0. The awake ones are a scene of their
+// own, of these particles alone, so that methods, contact and threads are the same as without
+// sleep, and the sleeping ones cost nothing. An island wakes when an awake one comes near, a
+// collider moves into it, or the forces on it differ from those at the time when it fell asleep.
 class Sleep {
  public:
   // registry outlives it; particles: of the whole scene, likewise. Throws Error{kScene} if forces
@@ -63,6 +63,9 @@ class Sleep {
   struct Box {
     Vec3 low, high;
   };
+  // visit(center, velocity, radius), m, m/s: balls that hold what of an island touches others.
+  template <class Visit>
+  void for_each_ball(std::size_t island, const ParticleView& view, Visit&& visit) const;
   double moment(std::int64_t look) const;  // s
   std::size_t islands() const { return members_.size(); }
   Box box(std::size_t island, const ParticleView& view, double ahead) const;
@@ -80,6 +83,8 @@ class Sleep {
   Threads threads_;
   ParticleSystem* particles_;
   double reach_ = 0;             // m, of contact; < 0: there is none, and islands never touch
+  std::vector<double> radii_;    // m, of each body
+  int first_of_bodies_ = 0;      // particle; bodies have the last ones
   std::vector<Subset> members_;  // of each island
   std::vector<int> island_;      // of each particle
   std::vector<double> since_;    // s, of each island: below the energy, or asleep; < 0: neither

@@ -61,6 +61,16 @@ RigidBody::RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int f
                    "make it at least a millionth of its length thick"});
 }
 
+double RigidBody::radius() const {
+  using Form = RigidShape::Form;
+  if (shape_->form == Form::kSphere) return shape_->radius;
+  if (shape_->form == Form::kBox) return shape_->half.norm();
+  if (shape_->form == Form::kCapsule) return shape_->radius + 0.5 * shape_->length;
+  double radius = 0;
+  for (const Vec3& point : shape_->points) radius = std::max(radius, (point - center_).norm());
+  return radius;
+}
+
 Vec3 RigidBody::moments() const {
   const Vec3& a = extent_;
   return mass_ *

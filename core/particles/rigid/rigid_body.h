@@ -41,6 +41,7 @@ class RigidBody {
   const RigidShape& shape() const { return *shape_; }
   const Vec3& extent() const { return extent_; }  // m
   const Vec3& center() const { return center_; }  // of mass, in the frame of the shape, m
+  double radius() const;                          // m, of a ball about the center that holds it
   Vec3 moments() const;                           // of inertia, about the principal axes, kg m^2
   Mat3 inertia(const RigidState& state) const;    // about its center, in space, kg m^2
   Mat3 inverse_inertia(const RigidState& state) const;

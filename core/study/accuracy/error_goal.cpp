@@ -38,8 +38,7 @@ bool is_splitting(const Candidate& method) {
 }
 
 bool chooses_among_others(const MethodChoice& method, Registry& registry) {
-  return !method.name.empty() &&
-         registry.get<Integrator>(method.name).make_from_others != nullptr;
+  return !method.name.empty() && registry.get<Integrator>(method.name).make_from_others != nullptr;
 }
 
 bool has_tolerance(const MethodChoice& method) {

@@ -14,12 +14,12 @@
 namespace sim::study {
 
 struct ErrorGoal {
-  Budget budget;                               // of the largest rms error of all times
-  double time = 0;                             // s, of the run
+  Budget budget;    // of the largest rms error of all times
+  double time = 0;  // s, of the run
   // That may be chosen; none, or one that chooses among others: all that fit.
   std::vector<MethodChoice> integrators = {};
   double dt = 0;      // s, that must be taken; 0 = any
-  bool asked = true;  // see RequiredError: false: a run that is not expected to keep it is not mended
+  bool asked = true;  // false: a run that is not expected to keep it is not mended
 };
 
 // The error that a run has to keep.

@@ -12,16 +12,6 @@ using Form = RigidShape::Form;
 
 constexpr double kSunk = 1e-6;  // of a radius: no overlap yet
 
-double radius_of(const RigidBody& body) {
-  const RigidShape& shape = body.shape();
-  if (shape.form == Form::kSphere) return shape.radius;
-  if (shape.form == Form::kBox) return shape.half.norm();
-  if (shape.form == Form::kCapsule) return shape.radius + 0.5 * shape.length;
-  double radius = 0;
-  for (const Vec3& point : shape.points) radius = std::max(radius, (point - body.center()).norm());
-  return radius;
-}
-
 double deepest(const std::vector<ManifoldPoint>& points) {
   double depth = 0;
   for (const ManifoldPoint& point : points) depth = std::max(depth, -point.gap);
@@ -40,7 +30,7 @@ BodyCollision::BodyCollision(BodyCollisionSpec spec, const Particles& particles,
                              const double* initial)
     : spec_(std::move(spec)), particles_(&particles) {
   for (const RigidBody& body : spec_.bodies) {
-    radii_.push_back(radius_of(body));
+    radii_.push_back(body.radius());
     hulls_.push_back(hull_of(body.shape()));
   }
   for (const Collider* const collider : particles.contacts().all())
