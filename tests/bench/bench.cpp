@@ -13,6 +13,7 @@
 #include "tests/bench/implicit.h"
 #include "tests/bench/kernel.h"
 #include "tests/bench/machine.h"
+#include "tests/bench/many.h"
 #include "tests/bench/memory.h"
 #include "tests/bench/options.h"
 #include "tests/bench/peer_build.h"
@@ -118,7 +119,10 @@ int run(int argc, char** argv) {
       peers = build_peers(options.simd, notes, PeersOf::kContact);
     if (options.only_contact)
       printer.print(contact_table(measure_contact(peers, options, registry)));
-    if (options.only_bodies) printer.print(pile_table(measure_piles(peers, registry)));
+    if (options.only_bodies) {
+      printer.print(pile_table(measure_piles(peers, options, registry)));
+      printer.print(many_table(measure_many(options, registry)));
+    }
     if (options.only_fluid) printer.print(fluid_table(measure_fluid(options, registry, notes)));
     for (const std::string& note : notes) std::cerr << "bench: " << note << "\n";
     return 0;

@@ -83,14 +83,16 @@ void measure_pile(const PeerKind& kind, int side, const std::string& tolerance,
 
 }  // namespace
 
-std::vector<PileResult> measure_piles(const std::vector<PeerKind>& peers, sim::Registry& registry) {
-  constexpr int kLargestToRounding = 4;
+std::vector<PileResult> measure_piles(const std::vector<PeerKind>& peers, const Options& options,
+                                      sim::Registry& registry) {
   std::vector<PileResult> results;
   for (const PeerKind& kind : peers) {
     if (kind.name != "bullet") continue;
     for (const int side : {3, 4, 6, 10}) {
-      measure_pile(kind, side, "1e-4", registry, results);
-      if (side <= kLargestToRounding) measure_pile(kind, side, "1e-12", registry, results);
+      const std::string name = "pile, " + std::to_string(side * side * side);
+      if (name.find(options.only) == std::string::npos) continue;
+      for (const char* const tolerance : {"1e-4", "1e-12"})
+        measure_pile(kind, side, tolerance, registry, results);
     }
   }
   return results;

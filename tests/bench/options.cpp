@@ -23,9 +23,10 @@ const char* const kUsage =
     "  --fields             only first-order systems: time to accuracy against SUNDIALS and "
     "odeint,\n"
     "                       and a chart of each problem\n"
-    "  --only WORD          of those, the ones whose names hold it\n"
     "  --charts FOLDER      where those charts go (build/peers/charts)\n"
-    "  --bodies             only the table of piles of boxes against their peer\n"
+    "  --bodies             only piles of boxes against their peer, and scenes of many bodies and\n"
+    "                       rods\n"
+    "  --only WORD          of --fields and --bodies, the ones whose names hold it\n"
     "  --peers              also build and time other programs on the same scene\n"
     "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
     "  --json, --markdown   the same tables in another form\n";

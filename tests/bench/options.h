@@ -17,7 +17,7 @@ struct Options {
   bool only_implicit = false, only_contact = false, only_fluid = false, only_fields = false,
        only_bodies = false, only_solids = false;
   bool quick = false;
-  std::string only;    // of the problems of first order, those whose names hold it
+  std::string only;    // of the problems of first order, and of bodies, those whose names hold it
   std::string charts;  // a folder for theirs; empty = beside the peers
   std::string simd;    // the instruction set of kernel and peers; empty = the best one here
   std::vector<int> sizes = {8, 32, 128, 512, 1024};  // particles a side
