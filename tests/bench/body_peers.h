@@ -21,8 +21,8 @@ struct PileResult {
   double creep = 0;        // m, the farthest that a box moves in a second after it
 };
 
-// The peer is the one called bullet; nothing without it. Piles whose names, such as "pile, 27", hold
-// `options.only`.
+// The peer is the one called bullet; nothing without it. Piles whose names, such as "pile, 27",
+// hold `options.only`.
 std::vector<PileResult> measure_piles(const std::vector<PeerKind>& peers, const Options& options,
                                       sim::Registry& registry);
 Table pile_table(const std::vector<PileResult>& results);

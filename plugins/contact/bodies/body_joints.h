@@ -1,6 +1,7 @@
 // Joints between bodies, and other constraints, as the contact solver sees them.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -8,20 +9,27 @@
 #include "contact_solver.h"
 #include "core/base/array.h"
 #include "core/particles/constraints/constraint_system.h"
+#include "joint_group.h"
 
 namespace sim {
 
-// Contact impulses act on bodies and particles as if they were free; project() takes all velocities
-// to the nearest ones that the joints allow, in the metric of the masses, by constraint impulses.
-// It is an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
+// Contact impulses act on bodies and particles as if they were free; project() takes velocities to
+// the nearest ones that the joints allow, in the metric of the masses, by constraint impulses. It
+// is an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
+// What constraints join is a group, which is projected by itself; pinned particles and fixed bodies
+// join none.
 class BodyJoints final : public JointProjection {
  public:
   BodyJoints(Particles& particles, ConstraintSystem& constraint_system);
 
   // Begins at the end of a free step; solver bodies: those of the bodies, then those of `entered`.
-  void begin(const BodyCollision& body_collision, std::span<const int> entered, double t_end,
-             const double* x_next);
-  void project(std::span<SolverBody> solver_bodies, bool change_alone) override;
+  void begin(const BodyCollision& body_collision, std::span<const SolverBody> solver_bodies,
+             std::span<const int> entered, double t_end, const double* x_next);
+  std::size_t groups() const override { return groups_.size(); }
+  std::span<const int> bodies_of(std::size_t group) const override { return places_[group]; }
+  int group_of(int body) const override { return group_of_[static_cast<std::size_t>(body)]; }
+  std::size_t equations(std::size_t group) const override { return groups_[group].rows().size(); }
+  void project(std::span<SolverBody> solver_bodies, std::size_t group, bool change_alone) override;
   // From now on solver bodies hold displacements instead of velocities, from zero.
   void begin_moves();
   void end_moves();  // other particles go with them
@@ -31,17 +39,26 @@ class BodyJoints final : public JointProjection {
   const std::string& refusal() const { return constraint_system_->refusal(); }
 
  private:
+  void find_groups();
+  void prepare(std::span<const SolverBody> solver_bodies, std::size_t group);
+
   Particles* particles_;
   ConstraintSystem* constraint_system_;
   const BodyCollision* body_collision_ = nullptr;
-  std::span<const int> entered_;
   double t_end_ = 0;
-  bool moves_ = false;
-  Array end_, change_, moved_;       // states: as now; of changes, of moves
-  std::vector<Vec3> arms_;           // of the particles of bodies, from their centers
-  std::vector<Mat3> inertia_;        // inverse, of bodies
-  std::vector<Vec3> shift_;          // of other particles, m
-  std::vector<std::uint8_t> other_;  // which these are
+  bool moves_ = false, finite_ = true;
+  Array end_;         // the state
+  RowValues values_;  // of the equations there
+  std::vector<JointGroup> groups_;
+  std::vector<std::vector<int>> places_;                     // of the solver bodies of each group
+  std::vector<std::uint8_t> prepared_;                       // of each group: it is factorised
+  std::vector<int> group_of_;                                // of each solver body, -1: none
+  std::vector<int> group_of_particle_, member_of_particle_;  // of each that is in one, else -1
+  std::vector<int> term_of_entry_;   // of each entry of the pattern, in its group; -1: fixed
+  std::vector<int> body_of_;         // of each particle, -1: none
+  std::vector<Vec3> arms_;           // of each particle, from the center of its body
+  std::vector<std::uint8_t> fixed_;  // of each particle: it or its body is
+  RowPattern pattern_;               // from which the groups were found
 };
 
 }  // namespace sim

@@ -84,13 +84,31 @@ void ContactSolver::prepare(std::span<SolverBody> solver_bodies,
   }
 }
 
+// The groups of joints of both sides, -1: none.
+std::array<int, 2> ContactSolver::groups_of(const ContactPoint& m) const {
+  const auto of = [&](int body) { return joints_ && body >= 0 ? joints_->group_of(body) : -1; };
+  const int first = of(m.first), second = of(m.second);
+  return {first, second == first ? -1 : second};
+}
+
 // The change of the normal velocity by a unit normal impulse, with all joints.
 double ContactSolver::joint_inverse_mass(std::span<const SolverBody> solver_bodies,
                                          const ContactPoint& m) {
-  scratch_.assign(solver_bodies.begin(), solver_bodies.end());
-  for (SolverBody& each : scratch_) each.velocity = each.angular_velocity = {};
+  const std::array<int, 2> groups = groups_of(m);
+  if (groups[0] < 0 && groups[1] < 0) return m.inverse_mass_n;
+  const auto reset = [&](int body) {
+    if (body < 0) return;
+    SolverBody& each = scratch_[static_cast<std::size_t>(body)];
+    each = solver_bodies[static_cast<std::size_t>(body)];
+    each.velocity = each.angular_velocity = {};
+  };
+  reset(m.first), reset(m.second);
+  for (const int group : groups)
+    if (group >= 0)
+      for (const int body : joints_->bodies_of(static_cast<std::size_t>(group))) reset(body);
   apply(scratch_, m, m.normal, 0);
-  joints_->project(scratch_, true);
+  for (const int group : groups)
+    if (group >= 0) joints_->project(scratch_, static_cast<std::size_t>(group), true);
   Vec3 w = velocity(scratch_, m);
   if (m.second < 0) w += m.ground;
   return m.normal.dot(w);
@@ -156,7 +174,8 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   double fastest = 0, now = h;
   for (const ContactPoint& m : contacts)
     if (m.active) fastest = std::max(fastest, -m.before);
-  if (!joints_) list_contacts(solver_bodies.size(), contacts);  // else an impulse moves all
+  list_contacts(solver_bodies.size(), contacts);
+  if (joints_) scratch_.resize(solver_bodies.size());
   approaches_.resize(contacts.size());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const ContactPoint& m = contacts[k];
@@ -194,17 +213,18 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     const Vec3 along = tangential(slip, m.normal) - m.path_slip_gain - now * m.slip_acceleration;
     const Vec3 pull = within_cone(-along / m.inverse_mass_t, m.friction_at(along.norm()) * push);
     apply(solver_bodies, m, push * m.normal + pull, now);
-    if (joints_) {
-      joints_->project(solver_bodies, false);
-      for (std::size_t k = 0; k < contacts.size(); ++k) update_approach(solver_bodies, contacts, k);
-      continue;
-    }
-    for (const int body : {m.first, m.second}) {
-      if (body < 0) continue;
+    const auto update = [&](int body) {
+      if (body < 0) return;
       const auto b = static_cast<std::size_t>(body);
       for (std::size_t k = first_[b]; k < first_[b + 1]; ++k)
         update_approach(solver_bodies, contacts, contacts_of_[k]);
-    }
+    };
+    for (const int group : groups_of(m))
+      if (group >= 0) {
+        joints_->project(solver_bodies, static_cast<std::size_t>(group), false);
+        for (const int body : joints_->bodies_of(static_cast<std::size_t>(group))) update(body);
+      }
+    update(m.first), update(m.second);
   }
 }
 
@@ -215,7 +235,6 @@ void ContactSolver::start(std::span<SolverBody> solver_bodies,
       apply(solver_bodies, m,
             m.normal_impulse * m.normal + m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v,
             m.duration);
-  if (joints_) joints_->project(solver_bodies, false);
 }
 
 }  // namespace sim

@@ -1,6 +1,7 @@
 // The contact solver: impulses that prevent penetration, with Coulomb friction.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -29,8 +30,8 @@ struct ContactPoint {
   double tiny = 0;          // m: a gap that is none
   // The motion in which impacts are sought: the free motion, but without forces if there is contact
   // from the start, since the contact balances them.
-  double path_gap = 0, path_gain = 0;    // m, at the end; m/s, not counted in the rate there
-  double acceleration = 0;               // m/s^2
+  double path_gap = 0, path_gain = 0;  // m, at the end; m/s, not counted in the rate there
+  double acceleration = 0;             // m/s^2
   // The same along the surface.
   Vec3 path_slip_gain, slip_acceleration;
   double friction = 0, restitution = 0;  // of rest, at the slip at hand; of a slow blow
@@ -55,12 +56,18 @@ struct ContactPoint {
   double friction_at(double slip) const;
 };
 
-// The projection of velocities onto the constraints (joints) between solver bodies.
+// The projection of velocities onto the constraints (joints) between solver bodies, group by group;
+// different groups may be projected on different threads.
 class JointProjection {
  public:
   virtual ~JointProjection() = default;
+  virtual std::size_t groups() const = 0;
+  virtual std::span<const int> bodies_of(std::size_t group) const = 0;  // solver bodies
+  virtual std::size_t equations(std::size_t group) const = 0;
+  virtual int group_of(int body) const = 0;  // -1: none, as of fixed ones
   // Projects velocities onto the nearest ones that the joints allow; change_alone: changes of them.
-  virtual void project(std::span<SolverBody> solver_bodies, bool change_alone) = 0;
+  virtual void project(std::span<SolverBody> solver_bodies, std::size_t group,
+                       bool change_alone) = 0;
 };
 
 // The time, s, before the end of a step of h at which a gap closed that is `gap` at the end, has
@@ -87,7 +94,8 @@ class ContactSolver {
   // The change of the gap at the end of the step by impulses, m.
   static double moved(std::span<const SolverBody> solver_bodies, const ContactPoint& contact);
 
-  // Applies the present impulses of resting contacts, the warm start of RestingSolver.
+  // Applies the present impulses of resting contacts, the warm start of RestingSolver, which
+  // projects them.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;
 
   // Applies an impulse p to the first and -p to the second, and the displacement that it causes.
@@ -105,12 +113,13 @@ class ContactSolver {
     double next_touch(double now) const;
   };
   double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
+  std::array<int, 2> groups_of(const ContactPoint& m) const;
   void list_contacts(std::size_t bodies, std::span<const ContactPoint> contacts);
   void update_approach(std::span<const SolverBody> solver_bodies,
                        std::span<const ContactPoint> contacts, std::size_t k);
 
   JointProjection* joints_ = nullptr;
-  std::vector<SolverBody> scratch_;
+  std::vector<SolverBody> scratch_;               // changes of velocities
   std::vector<Approach> approaches_;              // of each contact
   std::vector<std::size_t> first_, contacts_of_;  // of each body, one list behind the other
 };

@@ -120,6 +120,20 @@ class SlipDirection {
 
 }  // namespace
 
+Mat3 cholesky_root(const Mat3& m) {
+  Mat3 root;
+  for (std::size_t j = 0; j < 3; ++j)
+    for (std::size_t i = j; i < 3; ++i) {
+      double sum = m(i, j);
+      for (std::size_t k = 0; k < j; ++k) sum -= root(i, k) * root(j, k);
+      if (i == j)
+        root(j, j) = sum > 0 ? std::sqrt(sum) : 0;
+      else
+        root(i, j) = root(j, j) > 0 ? sum / root(j, j) : 0;
+    }
+  return root;
+}
+
 PointResponse PointResponse::of(const Mat3& W) {
   PointResponse point{.response = W};
   const Vec3 a = {W(0, 0), W(0, 1), W(0, 2)}, b = {W(1, 0), W(1, 1), W(1, 2)},

@@ -21,4 +21,7 @@ struct PointResponse {
 // the point (Painleve).
 Vec3 coulomb_impulse(const PointResponse& of, double friction, const Vec3& w, const Vec3& p);
 
+// R with R R^T = m, lower triangular (Cholesky); 0 of a particle, whose m is 0.
+Mat3 cholesky_root(const Mat3& m);
+
 }  // namespace sim

@@ -47,21 +47,6 @@ double norm(std::span<const double> x) {
   return std::sqrt(sum);
 }
 
-// R with R R^T = m, lower triangular (Cholesky); 0 of a particle.
-Mat3 root_of(const Mat3& m) {
-  Mat3 root;
-  for (std::size_t j = 0; j < 3; ++j)
-    for (std::size_t i = j; i < 3; ++i) {
-      double sum = m(i, j);
-      for (std::size_t k = 0; k < j; ++k) sum -= root(i, k) * root(j, k);
-      if (i == j)
-        root(j, j) = sum > 0 ? std::sqrt(sum) : 0;
-      else
-        root(i, j) = root(j, j) > 0 ? sum / root(j, j) : 0;
-    }
-  return root;
-}
-
 }  // namespace
 
 Vec3 ProximalNewton::velocity(const Point& point, std::span<const double> y) const {
@@ -94,7 +79,7 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, std::span<const Co
   for (std::size_t i = 0; i < moving.size(); ++i) {
     const auto body = static_cast<std::size_t>(moving[i]);
     local_[body] = static_cast<int>(i);
-    root_[i] = transposed(root_of(bodies[body].inverse_inertia));
+    root_[i] = transposed(cholesky_root(bodies[body].inverse_inertia));
   }
   points_.resize(rows.size());
   y_.assign(BlockLu::kSize * moving.size(), 0);

@@ -13,7 +13,7 @@ constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve t
 constexpr int kSlow = 60;                           // sweeps between tries of Newton's method
 constexpr double kCloser = 0.2;  // of the tolerance, for that: a sweep sums what points ask for
 constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
-constexpr std::size_t kWorthThreads = 256;    // rows
+constexpr std::size_t kWorthThreads = 256;    // rows and equations
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -27,19 +27,28 @@ int RestingSolver::root_of(int body) {
   return static_cast<int>(at);
 }
 
+void RestingSolver::join(int body, int other) {
+  const auto [low, high] = std::minmax({root_of(body), root_of(other)});
+  parent_[static_cast<std::size_t>(high)] = low;
+}
+
+void RestingSolver::project(Bodies bodies, const Island& island) {
+  for (const std::size_t group : island.groups) joints_->project(bodies, group, false);
+}
+
 // Islands are in the order of their first contacts, and in each the contacts in their order.
 void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> contacts) {
   const auto moves = [&](int body) {
     return body >= 0 && bodies[static_cast<std::size_t>(body)].inverse_mass > 0;
   };
   parent_.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) parent_[i] = joints_ ? 0 : static_cast<int>(i);
-  if (!joints_)
-    for (const ContactPoint& contact : contacts)
-      if (contact.active && moves(contact.first) && moves(contact.second)) {
-        const auto [low, high] = std::minmax({root_of(contact.first), root_of(contact.second)});
-        parent_[static_cast<std::size_t>(high)] = low;
-      }
+  for (std::size_t i = 0; i < bodies.size(); ++i) parent_[i] = static_cast<int>(i);
+  for (const ContactPoint& contact : contacts)
+    if (contact.active && moves(contact.first) && moves(contact.second))
+      join(contact.first, contact.second);
+  const std::size_t groups = joints_ ? joints_->groups() : 0;
+  for (std::size_t group = 0; group < groups; ++group)
+    for (const int body : joints_->bodies_of(group)) join(joints_->bodies_of(group)[0], body);
 
   island_of_.assign(bodies.size(), -1);
   count_ = 0;
@@ -55,6 +64,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
       if (islands_.size() < count_) islands_.emplace_back();
       islands_[count_ - 1].end = 0;
       islands_[count_ - 1].bodies.clear();
+      islands_[count_ - 1].groups.clear();
     }
     ++islands_[static_cast<std::size_t>(island)].end;
   }
@@ -74,6 +84,10 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
     if (moves(static_cast<int>(i)))
       if (const int k = island_of_[static_cast<std::size_t>(root_of(static_cast<int>(i)))]; k >= 0)
         islands_[static_cast<std::size_t>(k)].bodies.push_back(static_cast<int>(i));
+  for (std::size_t group = 0; group < groups; ++group)
+    if (const auto of = joints_->bodies_of(group); !of.empty())
+      if (const int k = island_of_[static_cast<std::size_t>(root_of(of[0]))]; k >= 0)
+        islands_[static_cast<std::size_t>(k)].groups.push_back(group);
 }
 
 RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
@@ -91,7 +105,7 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
     for (std::size_t k = 0; k < 3; ++k)
       sum.residual = std::max(sum.residual, row.scale[k] * row.scale[k] * std::fabs(added[k]));
   }
-  if (joints_ && sum.residual > 0) joints_->project(bodies, false);
+  if (sum.residual > 0) project(bodies, island);
   return sum;
 }
 
@@ -115,17 +129,18 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
       row.apply(bodies, impulse - row.impulse);
       row.impulse = impulse;
     }
-    if (joints_) joints_->project(bodies, false);
+    project(bodies, island);
   };
   const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
   double least = HUGE_VAL, better = HUGE_VAL;
+  project(bodies, island);  // impulses that it starts from
   for (int turn = 1, last = most;; ++turn) {
     read(x);
     const Sweep swept = sweep(bodies, island);
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
     const bool best = swept.residual <= least;
     least = std::min(least, swept.residual);
-    if (turn % kSlow == 0 && turn < last && !joints_) {
+    if (turn % kSlow == 0 && turn < last && island.groups.empty()) {
       if (!best) put(mixing.best());
       const std::span<ContactRow> of = std::span(rows_).subspan(island.begin, rows);
       if (newton.solve(bodies, of, island.bodies, kCloser * tolerance, gives_up) < least)
@@ -166,7 +181,10 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
       residuals_[k] = solve_island(bodies, islands_[k], tolerance,
                                    newtons_[static_cast<std::size_t>(rank)], gives_up);
   };
-  if (count_ > 1 && rows_.size() >= kWorthThreads)
+  std::size_t work = rows_.size();
+  for (std::size_t k = 0; k < count_; ++k)
+    for (const std::size_t group : islands_[k].groups) work += joints_->equations(group);
+  if (count_ > 1 && work >= kWorthThreads)
     pool.run([&](int rank) { solve_some(rank, pool.size()); });
   else
     solve_some(0, 1);

@@ -14,16 +14,16 @@ namespace sim {
 
 // Solves 0 <= normal impulse, 0 <= normal velocity, one of them 0, and |tangent impulse| <=
 // friction * normal impulse, opposite to the slip where that is an equality (Moreau (1988); Jean
-// (1999)). Bodies joined by contacts form an island; fixed bodies and colliders join none. Each
-// island is solved by itself by nonsmooth Gauss-Seidel: each point in turn gets the impulse that
-// solves it alone (Jourdan, Alart & Jean (1998), Comput. Methods Appl. Mech. Eng. 155, 31-47),
+// (1999)). Bodies that contacts or joints join are an island; fixed ones and colliders join none.
+// Each island is solved by itself by nonsmooth Gauss-Seidel: each point in turn gets the impulse
+// that solves it alone (Jourdan, Alart & Jean (1998), Comput. Methods Appl. Mech. Eng. 155, 31-47),
 // starting from the present impulses, with Anderson acceleration of the sweeps, and by
 // ProximalNewton where these converge slowly. The residual is the largest velocity change, m/s,
 // that a point alone still requires: 0 at the solution only. The bits are the same on any number of
 // threads.
 class RestingSolver {
  public:
-  // The joints that all impulses respect; null: none. With joints all bodies are one island.
+  // The joints that all impulses respect; null: none.
   void set_joints(JointProjection* joints) { joints_ = joints; }
 
   // Starts from the impulses of the active contacts, which are already applied to the bodies;
@@ -34,8 +34,9 @@ class RestingSolver {
 
  private:
   struct Island {
-    std::size_t begin = 0, end = 0;  // of its rows
-    std::vector<int> bodies = {};    // that move
+    std::size_t begin = 0, end = 0;        // of its rows
+    std::vector<int> bodies = {};          // that move
+    std::vector<std::size_t> groups = {};  // of joints
   };
   struct Sweep {
     double residual = 0, rounding = 0;  // m/s, and its rounding error
@@ -43,6 +44,8 @@ class RestingSolver {
   using Bodies = std::span<SolverBody>;
 
   void find_islands(Bodies bodies, std::span<const ContactPoint> contacts);
+  void join(int body, int other);
+  void project(Bodies bodies, const Island& island);
   int root_of(int body);
   double solve_island(Bodies bodies, const Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);

@@ -85,7 +85,12 @@ void RigidContact::project_moves() {
   for (SolverBody& each : moved_bodies_)
     each.velocity = each.translation, each.angular_velocity = each.rotation;
   joints_->begin_moves();
-  joints_->project(moved_bodies_, false);
+  for (std::size_t group = 0; group < joints_->groups(); ++group)
+    if (std::ranges::any_of(joints_->bodies_of(group), [&](int body) {
+          const SolverBody& each = moved_bodies_[static_cast<std::size_t>(body)];
+          return each.velocity != Vec3() || each.angular_velocity != Vec3();
+        }))
+      joints_->project(moved_bodies_, group, false);
   joints_->end_moves();
   for (std::size_t i = 0; i < solver_bodies_.size(); ++i)
     solver_bodies_[i].translation = moved_bodies_[i].velocity,
@@ -217,7 +222,7 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
     return changed;
   }
   if (joints_) {
-    joints_->begin(body_collision_, entered_, t + h, x_next);
+    joints_->begin(body_collision_, solver_bodies_, entered_, t + h, x_next);
     contact_solver_.set_joints(joints_.get());
     resting_solver_.set_joints(joints_.get());
   }
