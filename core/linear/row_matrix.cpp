@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
+#include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "core/base/assert.h"
@@ -51,6 +52,30 @@ Graph renumbered(const Graph& columns, const std::vector<int>& place) {
   return result;
 }
 
+// The component of each row, numbered in the order of their first rows.
+std::vector<int> components_of(const Graph& columns) {
+  std::vector<int> parent(columns.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root_of = [&](int at) {
+    while (parent[static_cast<std::size_t>(at)] != at)
+      at = parent[static_cast<std::size_t>(at)] =
+          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(at)])];
+    return at;
+  };
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    for (const int i : columns[k]) {
+      const auto [low, high] = std::minmax({root_of(static_cast<int>(k)), root_of(i)});
+      parent[static_cast<std::size_t>(high)] = low;
+    }
+  int count = 0;
+  std::vector<int> component(columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const auto root = static_cast<std::size_t>(root_of(static_cast<int>(k)));
+    component[k] = root == k ? count++ : component[root];
+  }
+  return component;
+}
+
 std::vector<std::array<int, 2>> pairs_of(const Graph& columns) {
   std::vector<std::array<int, 2>> pairs;
   for (std::size_t k = 0; k < columns.size(); ++k)
@@ -91,10 +116,20 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
     if (count(rows_of_factor(renumbered(columns, other))) < count(rows_of_factor(columns)))
       place = std::move(other);
   }
-  columns = renumbered(columns, place);
+  // Component by component, each in that order.
+  const std::vector<int> component = components_of(columns);
   row_at_.resize(n);
   for (int r = 0; r < size_; ++r)
     row_at_[static_cast<std::size_t>(place[static_cast<std::size_t>(r)])] = r;
+  std::ranges::stable_sort(row_at_, {},
+                           [&](int r) { return component[static_cast<std::size_t>(r)]; });
+  for (int k = 0; k < size_; ++k) {
+    const auto row = static_cast<std::size_t>(row_at_[static_cast<std::size_t>(k)]);
+    place[row] = k;
+    if (component[row] == static_cast<int>(components_.size())) components_.push_back({k, k});
+    components_.back().end = k + 1;
+  }
+  columns = renumbered(columns, place);
 
   // The entries of A, and the products that each of them sums.
   entry_begin_.push_back(0);
@@ -148,12 +183,62 @@ void RowMatrix::analyse(const std::vector<std::vector<int>>& columns) {
   values_.resize(rows_.size());
   for (std::vector<double>* each : {&inverse_, &work_, &x_, &rest_, &found_}) each->assign(n, 0);
   empty_.assign(n, 0);
+  std::size_t work = 0;
+  for (Component& each : components_) {
+    const auto begin = static_cast<std::size_t>(each.begin),
+               end = static_cast<std::size_t>(each.end);
+    work += end - begin + static_cast<std::size_t>(place_begin_[end] - place_begin_[begin]);
+    each.work = work;
+  }
+}
+
+// Threads take components in their order, so that each has about as much work.
+template <class Body>
+void RowMatrix::for_each(const Body& body) {
+  constexpr std::size_t kWorthThreads = 20'000;  // numbers of L
+  if (!pool_ || components_.size() < 2 || rows_.size() < kWorthThreads) {
+    for (Component& each : components_) body(each);
+    return;
+  }
+  pool_->run([&](int rank) {
+    const auto ranks = static_cast<std::size_t>(pool_->size());
+    for (Component& each : components_)
+      if ((each.work - 1) * ranks / components_.back().work == static_cast<std::size_t>(rank))
+        body(each);
+  });
+}
+
+int RowMatrix::dependent() const {
+  int sum = 0;
+  for (const Component& each : components_) sum += each.dependent;
+  return sum;
+}
+
+int RowMatrix::first_dependent() const {
+  for (const Component& each : components_)
+    if (each.dependent > 0) return each.first_dependent;
+  return -1;
 }
 
 void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double> weights,
                           double shift) {
   SIM_ASSERT(product_begin_.size() == entries_.size() + 1 && shift >= 0);
-  for (std::size_t e = 0; e < entries_.size(); ++e) {
+  constexpr double kShift = 1e-9;
+  for_each([&](Component& of) {
+    add_up(of, gradient, weights);
+    of.dependent = 0;
+    of.first_dependent = -1;
+    of.shifted = shift > 0 || !eliminate(of, 0);
+    if (of.shifted) eliminate(of, std::max(shift, kShift));
+  });
+}
+
+// The entries of A.
+void RowMatrix::add_up(const Component& of, std::span<const Vec3> gradient,
+                       std::span<const double> weights) {
+  const auto end = static_cast<std::size_t>(entry_begin_[static_cast<std::size_t>(of.end)]);
+  for (auto e = static_cast<std::size_t>(entry_begin_[static_cast<std::size_t>(of.begin)]); e < end;
+       ++e) {
     double sum = 0;
     for (int p = product_begin_[e]; p < product_begin_[e + 1]; ++p) {
       const Product& product = products_[static_cast<std::size_t>(p)];
@@ -163,18 +248,13 @@ void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double
     }
     entries_[e] = sum;
   }
-  constexpr double kShift = 1e-9;
-  dependent_ = 0;
-  first_dependent_ = -1;
-  shifted_ = shift > 0 || !eliminate(0);
-  if (shifted_) eliminate(std::max(shift, kShift));
 }
 
 // False if a pivot is so small that its row seems to depend on the rows before it.
-bool RowMatrix::eliminate(double shift) {
+bool RowMatrix::eliminate(Component& of, double shift) {
   constexpr double kLeastPivot = 1e-11;
   bool regular = true;
-  for (int k = 0; k < size_; ++k) {
+  for (int k = of.begin; k < of.end; ++k) {
     const auto at = static_cast<std::size_t>(k);
     for (int e = entry_begin_[at]; e < entry_begin_[at + 1]; ++e)
       work_[static_cast<std::size_t>(entry_row_[static_cast<std::size_t>(e)])] =
@@ -198,8 +278,8 @@ bool RowMatrix::eliminate(double shift) {
     if (empty_[at]) {
       d = 1;
     } else if (shift == 0 && d <= kLeastPivot * diagonal) {
-      ++dependent_;
-      if (first_dependent_ < 0) first_dependent_ = row_at_[at];
+      ++of.dependent;
+      if (of.first_dependent < 0) of.first_dependent = row_at_[at];
       regular = false;
       d = diagonal;  // the rows that follow are looked at all the same
     }
@@ -209,14 +289,14 @@ bool RowMatrix::eliminate(double shift) {
 }
 
 // Forward and backward substitution.
-void RowMatrix::substitute(double* x) const {
-  for (int k = 0; k < size_; ++k) {
+void RowMatrix::substitute(const Component& of, double* x) const {
+  for (int k = of.begin; k < of.end; ++k) {
     const auto at = static_cast<std::size_t>(k);
     const double y = x[k];
     for (int q = column_begin_[at]; q < column_begin_[at + 1]; ++q)
       x[rows_[static_cast<std::size_t>(q)]] -= values_[static_cast<std::size_t>(q)] * y;
   }
-  for (int k = size_ - 1; k >= 0; --k) {
+  for (int k = of.end - 1; k >= of.begin; --k) {
     const auto at = static_cast<std::size_t>(k);
     double sum = x[k] * inverse_[at];
     for (int q = column_begin_[at]; q < column_begin_[at + 1]; ++q)
@@ -226,9 +306,9 @@ void RowMatrix::substitute(double* x) const {
 }
 
 // out := A x, in the elimination order.
-void RowMatrix::multiply(const double* x, double* out) const {
-  std::fill_n(out, size_, 0.0);
-  for (int k = 0; k < size_; ++k) {
+void RowMatrix::multiply(const Component& of, const double* x, double* out) const {
+  std::fill(out + of.begin, out + of.end, 0.0);
+  for (int k = of.begin; k < of.end; ++k) {
     const auto at = static_cast<std::size_t>(k);
     for (int e = entry_begin_[at]; e < entry_begin_[at + 1]; ++e) {
       const int i = entry_row_[static_cast<std::size_t>(e)];
@@ -239,25 +319,43 @@ void RowMatrix::multiply(const double* x, double* out) const {
   }
 }
 
-void RowMatrix::solve(double* x) {
-  const auto n = static_cast<std::size_t>(size_);
-  for (std::size_t k = 0; k < n; ++k)
-    x_[k] = empty_[k] ? 0.0 : x[static_cast<std::size_t>(row_at_[k])];
-  if (!shifted_) {
-    substitute(x_.data());
-  } else {
-    constexpr int kRefinements = 4;
-    rest_ = x_;
-    std::ranges::fill(found_, 0.0);
-    for (int turn = 0; turn < kRefinements; ++turn) {
-      substitute(rest_.data());
-      for (std::size_t k = 0; k < n; ++k) found_[k] += rest_[k];
-      multiply(found_.data(), rest_.data());
-      for (std::size_t k = 0; k < n; ++k) rest_[k] = empty_[k] ? 0.0 : x_[k] - rest_[k];
-    }
-    x_ = found_;
+// Proximal steps from 0 for the right-hand side x_, to rounding.
+void RowMatrix::refine(const Component& of) {
+  constexpr int kMost = 4;
+  constexpr double kRounding = 1e-15;
+  const auto begin = static_cast<std::size_t>(of.begin), end = static_cast<std::size_t>(of.end);
+  double given = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    rest_[k] = x_[k];
+    found_[k] = 0;
+    given = std::max(given, std::fabs(x_[k]));
   }
-  for (std::size_t k = 0; k < n; ++k) x[static_cast<std::size_t>(row_at_[k])] = x_[k];
+  for (int turn = 0; turn < kMost; ++turn) {
+    substitute(of, rest_.data());
+    for (std::size_t k = begin; k < end; ++k) found_[k] += rest_[k];
+    if (turn + 1 == kMost) break;
+    multiply(of, found_.data(), rest_.data());
+    double left = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+      rest_[k] = empty_[k] ? 0.0 : x_[k] - rest_[k];
+      left = std::max(left, std::fabs(rest_[k]));
+    }
+    if (left <= kRounding * given) break;
+  }
+  std::copy(found_.begin() + of.begin, found_.begin() + of.end, x_.begin() + of.begin);
+}
+
+void RowMatrix::solve(double* x) {
+  for_each([&](const Component& of) {
+    const auto begin = static_cast<std::size_t>(of.begin), end = static_cast<std::size_t>(of.end);
+    for (std::size_t k = begin; k < end; ++k)
+      x_[k] = empty_[k] ? 0.0 : x[static_cast<std::size_t>(row_at_[k])];
+    if (of.shifted)
+      refine(of);
+    else
+      substitute(of, x_.data());
+    for (std::size_t k = begin; k < end; ++k) x[static_cast<std::size_t>(row_at_[k])] = x_[k];
+  });
 }
 
 }  // namespace sim

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/thread_pool.h"
 #include "core/linear/row_pattern.h"
 #include "core/math/vec3.h"
 
@@ -15,6 +16,9 @@ namespace sim {
 // Sparse Linear Systems, section 4.7), in the given order or in one of little fill (Amestoy, Davis
 // & Duff (1996)).
 //
+// Rows that share no node with others, not even through further rows, are components, each with
+// factors of its own: on several threads, with the same bits.
+//
 // A is singular if rows depend on others. Then A + e diag(A) is factorised, and solutions are
 // refined by proximal steps, lambda += (A + e diag(A))^-1 (b - A lambda), which converge to the
 // least-norm solution of A lambda = b, in the sense of least squares.
@@ -23,13 +27,15 @@ class RowMatrix {
   // weights: inverse masses of the nodes, 0 if one does not move.
   RowMatrix(const RowPattern& pattern, std::span<const double> weights);
 
+  void share(ThreadPool* pool) { pool_ = pool; }  // between its threads; null: the caller alone
+
   // shift: e, if rows are known to be nearly dependent; 0: if they are found to be.
   void factorise(std::span<const Vec3> gradient, std::span<const double> weights, double shift = 0);
   void solve(double* x);  // x := A^-1 x, in the order of the rows
 
-  int dependent() const { return dependent_; }  // rows that follow from others, as it seems
-  int first_dependent() const { return first_dependent_; }  // -1: none
-  std::size_t fill() const { return rows_.size(); }         // numbers of L
+  int dependent() const;                             // rows that follow from others, as it seems
+  int first_dependent() const;                       // -1: none
+  std::size_t fill() const { return rows_.size(); }  // numbers of L
 
  private:
   struct Product {  // w_i g_a . g_b, a part of one entry of A
@@ -39,12 +45,25 @@ class RowMatrix {
     int column, slot;
   };
 
+  struct Component {
+    int begin = 0, end = 0;  // places of the order
+    std::size_t work = 0;    // of it and those before
+    bool shifted = false;
+    int dependent = 0, first_dependent = -1;
+  };
+
   void analyse(const std::vector<std::vector<int>>& columns);
-  bool eliminate(double shift);
-  void substitute(double* x) const;
-  void multiply(const double* x, double* out) const;
+  template <class Body>
+  void for_each(const Body& body);
+  void add_up(const Component& of, std::span<const Vec3> gradient, std::span<const double> weights);
+  bool eliminate(Component& of, double shift);
+  void substitute(const Component& of, double* x) const;
+  void multiply(const Component& of, const double* x, double* out) const;
+  void refine(const Component& of);
 
   int size_;
+  ThreadPool* pool_ = nullptr;
+  std::vector<Component> components_;
   std::vector<int> row_at_;  // the row that stands at each place of the order
   // Entries of A on and above the diagonal, column by column, the diagonal last.
   std::vector<int> entry_begin_, entry_row_, product_begin_;
@@ -55,8 +74,6 @@ class RowMatrix {
   std::vector<Place> places_;
   std::vector<double> values_, inverse_, work_, x_, rest_, found_;
   std::vector<std::uint8_t> empty_;  // rows in which nothing moves
-  int dependent_ = 0, first_dependent_ = -1;
-  bool shifted_ = false;
 };
 
 }  // namespace sim

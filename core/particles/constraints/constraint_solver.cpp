@@ -29,7 +29,7 @@ double largest_of(std::span<const double> values) {
 
 }  // namespace
 
-ConstraintSolver::ConstraintSolver(const Constraints& constraints)
+ConstraintSolver::ConstraintSolver(const Constraints& constraints, ThreadPool* pool)
     : constraints_(&constraints),
       values_(constraints.rows()),
       other_(constraints.rows()),
@@ -37,7 +37,9 @@ ConstraintSolver::ConstraintSolver(const Constraints& constraints)
       lambda_(static_cast<std::size_t>(constraints.rows().rows())),
       rest_(lambda_.size()),
       trial_(3 * constraints.weights().size()),
-      curvature_(constraints) {}
+      curvature_(constraints) {
+  matrix_.share(pool);
+}
 
 bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, const Axes& v,
                                 const double* memory, RowValues& values) {

@@ -17,7 +17,9 @@ class ConstraintSolver {
  public:
   using Axes = Constraints::Axes;
 
-  explicit ConstraintSolver(const Constraints& constraints);
+  // pool: its threads share the work of separate mechanisms, with the same bits; null: the
+  // caller's.
+  explicit ConstraintSolver(const Constraints& constraints, ThreadPool* pool = nullptr);
 
   // a += W J^T lambda with J (a + W J^T lambda) + bias = -2 c (J v + drive) - c^2 phi, where c is
   // the feedback: d2 phi / dt2 = 0 without it (Witkin (1997), Constrained dynamics; the feedback is

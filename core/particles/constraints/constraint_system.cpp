@@ -55,7 +55,7 @@ void ConstraintSystem::add(std::unique_ptr<Constraint> constraint, const std::st
 
 void ConstraintSystem::begin() {
   constraints_.set_masses(particles_->masses());
-  solver_ = std::make_unique<ConstraintSolver>(constraints_);
+  solver_ = std::make_unique<ConstraintSolver>(constraints_, &particles_->pool());
   observer_.reset();
   contact_accelerations_.reset();
 }
@@ -149,7 +149,7 @@ void ConstraintSystem::start(double* state) {
 
 // The constraint forces follow from the accelerations that the particles would have without them.
 bool ConstraintSystem::observe(const ParticleView& now, const double* state) {
-  if (!observer_) observer_ = std::make_unique<ConstraintSolver>(constraints_);
+  if (!observer_) observer_ = std::make_unique<ConstraintSolver>(constraints_, &particles_->pool());
   const Layout half(now.n, 3);
   if (sums_.size() == 0) sums_ = Array(half.size());
   const auto a = half.axes(sums_.data());
