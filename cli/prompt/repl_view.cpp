@@ -52,8 +52,8 @@ Answer view(Call& call) {
   live.lend([&](std::vector<Timeline>& timelines, RecordingWriter* other) {
     std::vector<RecordingWriter*> writers{&own};
     if (other) writers.push_back(other);
-    view_present(live.loaded(), timelines, request, writers, session.registry(), session.console(),
-                 [] { return SessionSignals::caught(); });
+    view_present(live.loaded(), timelines, request, writers, session.environment(),
+                 session.registry(), session.console(), [] { return SessionSignals::caught(); });
   });
   const std::int64_t to = live.system().step_count();
   own.end("", to, live.system().hash());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "cli/run/study_progress.h"
 #include "core/base/error.h"
@@ -124,29 +125,38 @@ study::GoalChoice choose_one(const SystemSpec& spec, const study::RequiredError&
 
 GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& registry,
                              Console& console, int& caught) {
-  GoalChoices choices(scene.systems.size());
   if (std::ranges::none_of(scene.spec.systems, [&](const SystemSpec& spec) {
         return asked_of(spec, request, registry).has_value();
       }))
-    return choices;
-  const std::optional<double> time = request.time;
+    return GoalChoices(scene.systems.size());
   StudyProgress progress(request.progress, console);
+  std::ostringstream notes;
+  GoalChoices choices = choose_for_error(request, scene, registry, progress.watch(), notes);
+  progress.clear();
+  console.err << notes.str();
+  caught = progress.caught();
+  return choices;
+}
+
+GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& registry,
+                             const study::Watch& watch, std::ostream& notes) {
+  GoalChoices choices(scene.systems.size());
+  const std::optional<double> time = request.time;
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const SystemSpec& spec = scene.spec.systems[i];
     const std::optional<study::RequiredError> required = asked_of(spec, request, registry);
     if (!required) continue;
     RunRequest own = request;
     own.time = time;
-    choices[i] = choose_one(spec, *required, own, registry, progress.watch());
-    progress.clear();
-    if ((caught = progress.caught())) return {};
+    choices[i] = choose_one(spec, *required, own, registry, watch);
     const study::GoalChoice& choice = *choices[i];
+    if (!choice.complete) return {};
     if (!choice.method && !choice.asked) {
       choices[i].reset();
       const MethodChoice own = request.scene.integrator.over(spec.integrator);
-      console.err << "sim: note: no error of a method is known by trials that are short beside the "
-                     "run: '"
-                  << own.name << "' chooses as it goes\n";
+      notes << "sim: note: no error of a method is known by trials that are short beside the "
+               "run: '"
+            << own.name << "' chooses as it goes\n";
       continue;
     }
     if (!choice.method)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,11 @@ void check_error_request(const RunRequest& request);
 
 // Chooses for each system of which --error, or else the scene, asks for an error, and makes it anew
 // with its choice; with --until-horizon the request ends where the first of them is no longer kept.
-// A signal ends it: then `caught` is that.
+// Empty if the callback ended it. `notes`: lines for people.
+GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& registry,
+                             const study::Watch& watch, std::ostream& notes);
+
+// The same with a bar on the terminal. A signal ends it: then `caught` is that.
 GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& registry,
                              Console& console, int& caught);
 

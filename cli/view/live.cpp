@@ -293,8 +293,10 @@ void Live::act(std::uint64_t from, std::size_t system, Action action) {
   const bool releases = action.what == Action::What::kRelease;
   if (releases) std::erase_if(hands_, same);
   releases ? settle() : begin_anew();
-  if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator)
+  if (action.what == Action::What::kDt || action.what == Action::What::kIntegrator) {
     accounts_[system].travelled();
+    goal_ = {.number = goal_.number};  // another choice than that for an error
+  }
   const bool pins = action.what == Action::What::kPin || action.what == Action::What::kUnpin;
   shares_stale_ |= action.changes_settings() && !pins;
 }
@@ -353,6 +355,7 @@ ViewState Live::state() {
   std::size_t shown = 0;
   while (shown + 1 < models_.size() && !models_[shown].second_order) ++shown;
   all.past = accounts_[shown].samples();
+  all.goal = {!all_, goal_.busy, goal_.asked, goal_.words};
   return all;
 }
 

@@ -12,6 +12,7 @@
 
 #include "cli/run/scene.h"
 #include "cli/view/account.h"
+#include "cli/view/error_search.h"
 #include "cli/view/measured.h"
 #include "core/output/view.h"
 #include "core/session/player.h"
@@ -50,6 +51,16 @@ class Live {
 
   void act_on_all() { all_ = true; }  // every action is done to all systems alike
 
+  // An error that a user asks for: the owner, who can load the scene again, searches for methods
+  // and steps while it is busy.
+  struct Goal {
+    int number = 0;  // of the request, among those here
+    bool busy = false;
+    std::string asked = {}, words = {};
+  };
+  const Goal& goal() const { return goal_; }
+  void choose(const FoundChoice& found);  // the end of the search for the present goal
+
  private:
   using Clock = std::chrono::steady_clock;
   struct Hand {
@@ -62,6 +73,7 @@ class Live {
 
   void obey(std::uint64_t from, const std::string& line);
   bool control(const std::string& word, const std::string& argument, std::uint64_t from);
+  void ask_for_error(const std::string& argument);
   void pull(std::size_t system, std::string arguments);
   static std::string word_of(std::string& line);
   void act(std::uint64_t from, std::size_t system, Action action);
@@ -84,6 +96,7 @@ class Live {
   Registry& registry_;
   int number_;
   std::optional<Wish> wish_;
+  Goal goal_;
   Player player_;
   std::vector<std::size_t> before_;  // actions of each system that are not to be undone here
   std::vector<Model> models_;

@@ -1,9 +1,12 @@
 // Commands to a live scene, checked and carried out.
 #include <algorithm>
+#include <sstream>
+#include <utility>
 
 #include "cli/view/live.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/study/budget.h"
 
 namespace sim::cli {
 namespace {
@@ -84,6 +87,25 @@ void Live::pull(std::size_t system, std::string arguments) {
   refuse_word("nothing to pull", "particle " + std::to_string(particle) + " is not held");
 }
 
+void Live::ask_for_error(const std::string& argument) {
+  if (all_) refuse_word("no error here", "each panel has a method of its own");
+  const bool off = argument == "off";
+  if (!off) study::parse_budget("error", argument);
+  goal_ = {.number = goal_.number + 1, .busy = !off, .asked = off ? "" : argument};
+}
+
+// Several actions at once are one for an undo.
+void Live::choose(const FoundChoice& found) {
+  Goal goal = std::move(goal_);
+  std::istringstream commands(found.commands);
+  goal.words = found.words;
+  for (std::string line; std::getline(commands, line);)
+    if (const std::string refused = take(0, line); !refused.empty()) goal.words = refused;
+  goal.busy = false;
+  goal_ = std::move(goal);
+  fresh_ = true;
+}
+
 // Commands that change no state but the time that is shown; false for another word.
 bool Live::control(const std::string& word, const std::string& argument, std::uint64_t from) {
   constexpr double kMostBack = 1e6, kFastest = 100;
@@ -112,6 +134,7 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
     for (std::size_t i = 0; i < player_.count(); ++i)
       any = any || player_.timeline(i).actions() > before_[i];
     if (!any || !player_.undo()) refuse_word("nothing to undo", "no hand has done anything");
+    goal_ = {.number = goal_.number};
     measured_.begin_anew();
     begin_anew();
     shares_stale_ = true;
@@ -127,6 +150,8 @@ bool Live::control(const std::string& word, const std::string& argument, std::ui
     begin_anew();
   } else if (word == "colour") {
     measured_.ask(from, argument);
+  } else if (word == "error") {
+    ask_for_error(argument);
   } else if (word == "bye") {
     measured_.leave(from);
     let_go(from);

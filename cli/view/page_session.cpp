@@ -50,6 +50,15 @@ std::string PageSession::frame() {
 
 std::string PageSession::past() { return LivePage::past(scene_->live.state().past); }
 
+int PageSession::wanted() const {
+  const Live::Goal& goal = scene_->live.goal();
+  return goal.busy ? goal.number : 0;
+}
+
+void PageSession::choose(int number, const FoundChoice& found) {
+  if (number == wanted()) scene_->live.choose(found);
+}
+
 // A copy of the writer ends it, so that it goes on.
 std::string PageSession::recording() const {
   std::string& recorded = scene_->recorded;

@@ -33,6 +33,13 @@ class PageSession {
   std::string frame();  // see LivePage::frame()
   std::string past();   // see LivePage::past()
 
+  // The number of the error that is asked for, see Live::Goal, while a search for it is missing;
+  // else 0. It is searched for elsewhere, and choose() takes what was found.
+  int wanted() const;
+  const std::string& asked() const { return scene_->live.goal().asked; }
+  const SceneRequest& request() const { return scene_->request; }
+  void choose(int number, const FoundChoice& found);
+
   // A recording of all that hands did, with the hash of now: sim --replay gives the same bits.
   std::string recording() const;
 

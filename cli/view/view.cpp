@@ -89,7 +89,8 @@ class Stage {
     put_on(request.scene);
   }
 
-  explicit Stage(Live& lent) : lent_(&lent) {}
+  Stage(Live& lent, const ViewRequest& request, const Environment& environment)
+      : request_(request), environment_(&environment), lent_(&lent) {}
 
   Live& live() { return lent_ ? *lent_ : *live_; }
   const SceneSpec& spec() const { return scene_->spec; }
@@ -107,12 +108,27 @@ class Stage {
     put_on(next);
   }
 
+  // Begins and ends the search for a method and a step that keep the error that somebody asks for.
+  void attend_goal() {
+    const Live::Goal& goal = live().goal();
+    if (!goal.busy) {
+      search_.reset();
+    } else if (!search_ || searched_ != goal.number) {
+      search_.reset();
+      search_ = std::make_unique<ErrorSearch>(request_.scene, goal.asked, *environment_);
+      searched_ = goal.number;
+    } else if (const auto found = search_->found()) {
+      live().choose(*found);
+    }
+  }
+
  private:
   void put_on(const SceneRequest& asked) {
     auto scene = std::make_unique<LoadedScene>(load(asked, *environment_, *registry_));
     if (!request_.compare.empty()) *scene = side_by_side(*scene, request_, *registry_);
     auto live = std::make_unique<Live>(*scene, asked, *registry_, number_++);
     if (!request_.compare.empty()) live->act_on_all();
+    search_.reset();
     live_ = std::move(live);
     scene_ = std::move(scene);
     request_.scene = asked;
@@ -125,6 +141,8 @@ class Stage {
   Live* lent_ = nullptr;
   std::unique_ptr<LoadedScene> scene_;
   std::unique_ptr<Live> live_;
+  std::unique_ptr<ErrorSearch> search_;
+  int searched_ = 0;  // the number of its goal
 };
 
 void announce(const std::string& address, BrowserLaunch* browser, Console& console) {
@@ -177,6 +195,7 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
   while (!caught() && !shown->closed()) {
     commands.serve_until(next);
     browser.remove_when_old();
+    stage.attend_goal();
     Live& live = stage.live();
     next = std::max(next + span(kFrame), Clock::now());
     // Slow drawing gives steps as much time as itself: pictures are left out, not steps.
@@ -274,8 +293,8 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
 }
 
 void view_present(LoadedScene& scene, std::vector<Timeline>& timelines, const ViewRequest& request,
-                  const std::vector<RecordingWriter*>& writers, Registry& registry,
-                  Console& console, const std::function<int()>& caught) {
+                  const std::vector<RecordingWriter*>& writers, const Environment& environment,
+                  Registry& registry, Console& console, const std::function<int()>& caught) {
   const Screen screen(request, registry);
   Live live(scene, request.scene, registry, 0, std::move(timelines));
   struct GiveBack {
@@ -285,7 +304,7 @@ void view_present(LoadedScene& scene, std::vector<Timeline>& timelines, const Vi
   } const give_back{live, timelines};
   for (RecordingWriter* writer : writers) live.player().record(*writer);
   live.take(0, "pause");
-  Stage stage(live);
+  Stage stage(live, request, environment);
   screen.show(stage, caught, console);
 }
 

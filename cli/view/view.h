@@ -31,7 +31,7 @@ int view(const ViewRequest& request, const Environment& environment, Registry& r
 // A scene that is there already, from where it is, at rest at first; its timelines are lent to it.
 // Until it is closed, or a signal was caught. The user's actions go to the writers.
 void view_present(LoadedScene& scene, std::vector<Timeline>& timelines, const ViewRequest& request,
-                  const std::vector<RecordingWriter*>& writers, Registry& registry,
-                  Console& console, const std::function<int()>& caught);
+                  const std::vector<RecordingWriter*>& writers, const Environment& environment,
+                  Registry& registry, Console& console, const std::function<int()>& caught);
 
 }  // namespace sim::cli

@@ -14,6 +14,7 @@
 #include "cli/verbs/tradeoff.h"
 #include "cli/view/page_session.h"
 #include "core/base/error.h"
+#include "core/output/format.h"
 #include "core/report/replays.h"
 
 namespace sim::cli {
@@ -110,6 +111,37 @@ EMSCRIPTEN_KEEPALIVE const char* sim_study(Page* page, const char* name, const c
     report_exception(out);
   }
   return page->answer(out.str());
+}
+
+// The scene with its parameters as they are, in the words of sim_open().
+EMSCRIPTEN_KEEPALIVE const char* sim_header(Page* page) {
+  std::string lines;
+  for (const auto& [word, value] :
+       sim::report::recording_header(named_scene(page->session.request())))
+    lines += word + ' ' + value + '\n';
+  return page->answer(lines);
+}
+
+// A search for a method and a step that keep an error: its number, or 0 if none is wanted; the
+// error; the search itself; and what to do with its findings.
+EMSCRIPTEN_KEEPALIVE int sim_wanted(Page* page) { return page->session.wanted(); }
+
+EMSCRIPTEN_KEEPALIVE const char* sim_asked(Page* page) {
+  return page->answer(page->session.asked());
+}
+
+EMSCRIPTEN_KEEPALIVE const char* sim_search(Page* page, const char* file, const char* header,
+                                            const char* error) {
+  const FoundChoice found =
+      choose_for_view(request_of(file, header), error, page->environment, page->registry,
+                      [](std::string_view, double) { return true; });
+  return page->answer(
+      sim::JsonObject().text("commands", found.commands).text("words", found.words).str());
+}
+
+EMSCRIPTEN_KEEPALIVE void sim_choose(Page* page, int number, const char* commands,
+                                     const char* words) {
+  page->session.choose(number, {commands, words});
 }
 
 // The names of the scene language, as `sim list --luacats` has them.

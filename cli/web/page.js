@@ -26,7 +26,8 @@ async function start() {
       document.body.dataset.exact = ready.exact;
     }
     if (data.opened !== undefined) told(data.opened);
-    if (data.html) $("scene").srcdoc = data.html;
+    if (data.html) ({ header } = data), ($("scene").srcdoc = data.html);
+    if (data.seek) seek(data.seek);
     if (data.recording !== undefined)
       save(SCENE.scene.replace(/(.*\/)?(.*?)(\.lua)?$/, "$2.rec"), data.recording);
   };
@@ -50,16 +51,32 @@ function save(name, text) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-// A study, or the names of the language, in a worker of its own: { text, svg }.
-function run(what) {
+// A study, a search, or the names of the language, in a worker of its own: { text, svg }.
+function run(what, ended) {
   return new Promise((resolve, reject) => {
     const own = new Worker(url);
+    ended?.addEventListener("abort", () => own.terminate());
     const end = (act, value) => { own.terminate(); act(value); };
     own.onmessage = ({ data }) =>
       data.ran ? end(resolve, data.ran) : data.failed && end(reject, Error(data.failed));
     own.onerror = (event) => end(reject, Error(event.message));
     own.postMessage({ run: { module: ready.module, scene: SCENE.scene, header, files, ...what } });
   });
+}
+
+// A method and a step that keep an error, for the scene as its file makes it.
+let searching = null;
+async function seek({ key, error }) {
+  searching?.abort();
+  searching = error ? new AbortController() : null;
+  if (!error) return;
+  let answer;
+  try {
+    answer = JSON.parse((await run({ error }, searching.signal)).text);
+  } catch (problem) {
+    answer = { commands: "", words: problem.message };
+  }
+  worker.postMessage({ found: { key, ...answer } });
 }
 
 // --- The editor ------------------------------------------------------------------------------

@@ -5,7 +5,8 @@ const FRAME = 1000 / 60, // ms between two frames
   QUIET = 200, // ms between frames where nothing changes
   IN_FLIGHT = 2; // frames that were not drawn yet
 
-let module, sim, page, port = null, number = 0, in_flight = 0, next = 0, quiet = 0, nonce = "";
+let module, sim, page, port = null, number = 0, in_flight = 0, next = 0, quiet = 0, nonce = "",
+  sought = ""; // the search that is wanted
 
 // The bytes in base64; Uint8Array.from() would take a hundred times as long.
 function bytes_of(text) {
@@ -46,14 +47,31 @@ const call = (name, result, types = [], values = []) =>
 function show() {
   number = call("number", "number");
   port = null;
-  postMessage({ html: call("html", "string", ["string"], [nonce]) });
+  postMessage({ html: call("html", "string", ["string"], [nonce]),
+    header: call("header", "string") });
+}
+
+// The search for a method and a step that keep an error is done by a worker of its own, which the
+// page starts, and ends where another one, or none, is wanted.
+function seek() {
+  const wanted = call("wanted", "number"), key = wanted ? `${number} ${wanted}` : "";
+  if (key === sought) return;
+  sought = key;
+  postMessage({ seek: { key, error: key && call("asked", "string") } });
+}
+function found({ key, commands, words }) {
+  if (key === sought)
+    call("choose", null, ["number", "string", "string"], [+key.split(" ")[1], commands, words]);
+  seek();
 }
 
 function open({ scene, files, header }) {
   for (const [name, text] of Object.entries(files)) put(sim.FS, name, text);
   const error = call("open", "string", ["string", "string"], [scene, header]);
   postMessage({ opened: error });
-  if (!error) show();
+  if (error) return;
+  show();
+  seek();
 }
 
 // Words of the page that shows the scene.
@@ -63,6 +81,7 @@ function heard(words) {
   const why = call("say", "string", ["string"], [words.slice(0, 4096)]);
   if (why) port.postMessage(JSON.stringify({ error: why }));
   if (call("number", "number") !== number) show();
+  seek();
 }
 
 function tick() {
@@ -80,13 +99,14 @@ function tick() {
   setTimeout(tick, Math.max(0, next - performance.now()));
 }
 
-// One study with its plot, or the names of the language, in a module of their own.
-async function run({ study, scene, header, files }) {
+// One study with its plot, a search, or the names of the language, in a module of their own.
+async function run({ study, error, scene, header, files }) {
   sim = await make(files, () => {});
   page = sim.ccall("sim_page", "number");
   const file = "/run/study.svg";
-  const text = study ? call("study", "string", ["string", "string", "string", "string"],
-    [study, scene, header, file]) : call("names", "string");
+  const texts = (name, ...values) => call(name, "string", values.map(() => "string"), values);
+  const text = error ? texts("search", scene, header, error)
+    : study ? texts("study", study, scene, header, file) : texts("names");
   const svg = sim.FS.analyzePath(file).exists ? sim.FS.readFile(file, { encoding: "utf8" }) : "";
   postMessage({ ran: { text, svg } });
 }
@@ -109,6 +129,7 @@ onmessage = ({ data, ports }) => {
     if (data.start) start(data.start).catch(failed);
     else if (data.run) ({ module } = data.run), run(data.run).catch(failed);
     else if (data.open) open(data.open);
+    else if (data.found) found(data.found);
     else if (data.recording) postMessage({ recording: call("recording", "string") });
     else if (data.port) {
       const own = (port = ports[0]);

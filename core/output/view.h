@@ -52,6 +52,14 @@ struct ViewSystem {
   std::string hash{};  // while it pauses
 };
 
+// An error that was asked for instead of a step.
+struct ViewGoal {
+  bool open = false;    // one can be asked for
+  bool busy = false;    // a method and a step that keep it are looked for
+  std::string asked{};  // "1%", or "" for none
+  std::string words{};  // what was chosen, or why nothing was
+};
+
 struct ViewState {
   int number = 0;  // of the scene
   bool playing = true, slow = false;
@@ -62,11 +70,12 @@ struct ViewState {
   std::string measured{};                // `values` of the frames: energy, error, mode, or ""
   std::vector<ViewSystem> systems{};     // as the models
   std::span<const EnergySample> past{};  // of the first system that has energies
+  ViewGoal goal{};
 };
 
 // A message of a user, and the number of the connection that sent it. Words are actions as in
 // recordings; "pull I X Y Z" of a held particle, in m; play, pause, speed S, step N, back N, goto
-// T, undo, reset, set NAME VALUE, colour NAME, and "bye" of a client that leaves.
+// T, undo, reset, set NAME VALUE, colour NAME, error E or off, and "bye" of a client that leaves.
 struct ViewMessage {
   std::uint64_t from = 0;
   std::string text;

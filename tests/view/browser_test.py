@@ -3,6 +3,7 @@
 pointer, keys do what the help says, and a session comes again bit for bit. `browser_test.py SIM`"""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -250,6 +251,30 @@ Math.max(...s.v.map(v=>Math.abs(v-3)))]})()""")
     tab.close()
 
 
+def choose_error(tab, value, page="window"):
+    """What the panel says of the choice for an error."""
+    tab.js(f"(box=>{{box.value='{value}';box.onchange({{target:box}})}})"
+           f"({page}.document.getElementById('error'))")
+    goal = f"{page}.document.getElementById('goal').textContent"
+    tab.until(f"/measured/.test({goal})", 300)
+    return tab.js(goal)
+
+
+def test_error(browser, server):
+    """A choice beside the step takes method and step that keep an error, and says which."""
+    tab = open_page(browser, server)
+    assert tab.js("document.getElementById('goal').textContent") == ""
+    said = choose_error(tab, "0.1%")
+    method, step = tab.js("[sim.state.systems[0].method.split(':')[0],sim.state.systems[0].h]")
+    assert re.search(rf"chosen {method}, (tol )?\d", said), (said, method)
+    assert tab.js("document.getElementById('method').value") == method
+    tab.js("sim.say('dt 0.003')")
+    tab.until("document.getElementById('error').value=='off'")
+    assert tab.js("document.getElementById('goal').textContent") == "" and step != 0.003
+    assert not exceptions(tab)
+    tab.close()
+
+
 def test_colours(browser, server):
     """C goes round; errors, modes and energies come from sim, the same for all pages."""
     tab, other = open_page(browser, server), open_page(browser, server)
@@ -410,6 +435,7 @@ if __name__ == "__main__":
         run(chromium, test_bodies, "scenes/arch.lua")
         run(chromium, test_surface, "scenes/dam.lua", "-s", "layers=6")
         run(chromium, test_colours)
+        run(chromium, test_error)
         run(chromium, test_hidden, "--pause-hidden")
         run(chromium, test_too_many)
         test_launch(chromium)

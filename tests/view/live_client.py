@@ -17,6 +17,7 @@ class Server:
     def __init__(self, program, *arguments, stderr=subprocess.PIPE, record=True):
         # A comparison of methods has no recording.
         record = record and arguments.count("-i") < 2
+        self.arguments = arguments
         self.record = tempfile.mktemp(suffix=".rec") if record else ""
         record = ["--record", self.record] if self.record else []
         self.process = subprocess.Popen(

@@ -2,6 +2,7 @@
 """The server behind the page, without a browser: who is let in, what is understood, what it costs,
 and that whatever hands did comes again with the same bits. `protocol_test.py SIM`"""
 
+import json
 import os
 import re
 import signal
@@ -309,6 +310,50 @@ def test_world(server):
     page.close()
 
 
+def chosen_by_program(*words):
+    """Method, tolerance and step that the program chooses."""
+    done = subprocess.run([PROGRAM, *words, "--json", "-q"], capture_output=True, text=True,
+                          check=True)
+    goals = [each["error_goal"] for each in json.loads(done.stdout)["systems"]]
+    return [(goal["integrator"], goal["tol"], goal["dt"]) for goal in goals]
+
+
+def test_error(server):
+    """An error instead of a step: what the program chooses for it, found beside the steps."""
+    page = Socket(server)
+    assert "3 cows" in page.error_of("error 3 cows")
+    (method, tolerance, h), = chosen_by_program("scenes/cloth.lua", "--error", "1%")
+    page.say("error 1e-9"), page.until(lambda s: s["goal"]["busy"])
+    page.say("error 1%")
+    busy = page.until(lambda s: s["goal"]["asked"] == "1%")
+    assert busy["goal"]["busy"], busy["goal"]
+    found = page.until(lambda s: not s["goal"]["busy"])
+    now = found["systems"][0]
+    assert (now["method"].split(":")[0], now["h"]) == (method, h), (now["method"], now["h"], method, h)
+    assert tolerance == 0 or "tol=" in now["method"], now["method"]
+    for word in ("chosen", "measured", "cost"):
+        assert word in found["goal"]["words"], found["goal"]
+    assert found["goal"]["asked"] == "1%" and found["playing"]
+    # Another step is another choice; a search ends where nobody wants it any more.
+    page.say("dt 0.002")
+    page.until(lambda s: s["systems"][0]["h"] == 0.002 and s["goal"]["asked"] == s["goal"]["words"] == "")
+    page.say("error 1e-9"), page.until(lambda s: s["goal"]["busy"])
+    page.say("error off")
+    page.until(lambda s: not s["goal"]["busy"])
+    assert page.state["systems"][0]["h"] == 0.002
+    page.close()
+
+
+def test_error_of_world(server):
+    page = Socket(server)
+    chosen = chosen_by_program(server.arguments[0], "--error", "1%")
+    page.say("error 1%")
+    page.until(lambda s: s["goal"]["words"].count("chosen") == 2)
+    now = [(each["method"].split(":")[0], each["h"]) for each in page.state["systems"]]
+    assert now == [(method, h) for method, _, h in chosen], (now, chosen)
+    page.close()
+
+
 def test_diverges(server):
     page = Socket(server)
     page.say("dt 0.2"), page.say("play")
@@ -398,6 +443,7 @@ if __name__ == "__main__":
     test_moves()
     run(test_cost, "scenes/cloth.lua", "-s", "n=64")
     run(test_flood)
+    run(test_error)
     run(test_diverges)
     run(test_verdict, "scenes/pendulum.lua")
     with tempfile.TemporaryDirectory() as folder:
@@ -406,3 +452,4 @@ if __name__ == "__main__":
             file.write("local sim = require 'sim'\nreturn sim.world { a = require 'scenes.circle', "
                        "b = require 'scenes.pendulum' }\n")
         run(test_world, scene)
+        run(test_error_of_world, scene)

@@ -74,6 +74,10 @@ def test_options():
             assert own.stderr == native.stderr
     words = ["scenes/cloth.lua", "--steps", "20", "--dump=-", "--every", "5", "-q"]
     assert run(["node", MODULE, *words]).stdout == run([PROGRAM, *words]).stdout != ""
+    words = ["scenes/pendulum.lua", "--error", "1%", "--json", "-q"]
+    native, own = (json.loads(run([*program, *words]).stdout)["systems"][0]["error_goal"]
+                   for program in ([PROGRAM], ["node", MODULE]))
+    assert own == native, (own, native)
     print("test_options ok")
 
 

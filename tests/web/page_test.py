@@ -4,6 +4,7 @@ anybody, steps the scene, obeys hands, gives a recording that the program repeat
 bits, edits the scene, and studies it. `page_test.py SIM SIM.MJS [FOLDER]`: with a folder it leaves
 pictures there and prints figures."""
 
+import json
 import os
 import re
 import shutil
@@ -92,6 +93,37 @@ def test_parameters(browser, folder):
     check_quiet(tab)
     tab.close()
     print("test_parameters ok", flush=True)
+
+
+def test_error(browser, folder):
+    """A choice for an error is searched for by a worker of its own, and is that of the program."""
+    options = ("scenes/cloth.lua", "-s", "n=5")
+    done = subprocess.run([PROGRAM, *options, "--error", "1%", "--json", "-q"], capture_output=True,
+                          text=True, check=True)
+    choice = json.loads(done.stdout)["systems"][0]["error_goal"]
+    tab = opened(browser, export(folder, "scenes/cloth.lua"))
+    tab.js(f"{VIEW}.say('set n 5')")
+    tab.until(f"{VIEW}&&{VIEW}.M&&{VIEW}.M[0].particles==25&&{VIEW}.drawn>2")
+    step = seen(tab, "state.systems[0].step")
+    tab.js(f"{VIEW}.say('error 1e-9')")
+    tab.until(f"{VIEW}.state.goal.busy")
+    tab.js(f"{VIEW}.say('error 1%')")
+    tab.until(f"/measured/.test({VIEW}.state.goal.words)")
+    now = seen(tab, "state.systems[0]")
+    assert now["method"].split(":")[0] == choice["integrator"] and now["h"] == choice["dt"], now
+    assert now["step"] > step
+    tab.js(f"{VIEW}.say('error 1e-9')")
+    tab.until(f"{VIEW}.state.goal.busy")
+    tab.js(f"{VIEW}.say('error off')")
+    tab.until(f"!{VIEW}.state.goal.busy&&!searching")
+    file = os.path.join(folder, "error.rec")
+    with open(file, "w", encoding="utf8") as out:
+        out.write(recording(tab))
+    done = subprocess.run([PROGRAM, "--replay", file], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "the same bits" in done.stderr, done.stderr
+    check_quiet(tab)
+    tab.close()
+    print("test_error ok", flush=True)
 
 
 def test_editor(browser, folder):
@@ -193,7 +225,7 @@ if __name__ == "__main__":
             if PICTURES:
                 pictures(chromium, place)
             else:
-                for test in (test_hands, test_parameters, test_editor, test_studies):
+                for test in (test_hands, test_parameters, test_error, test_editor, test_studies):
                     test(chromium, place)
     finally:
         chromium.close()

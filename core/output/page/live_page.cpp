@@ -85,6 +85,12 @@ std::string LivePage::frame(const Moment& moment, const ViewState& state) {
   all.number("real", state.real).number("us", state.us).flag("slow", state.slow);
   all.number("known", state.known).text("failure", state.failure);
   all.json("systems", json_array(systems));
+  if (state.goal.open)
+    all.json("goal", JsonObject()
+                         .text("asked", state.goal.asked)
+                         .flag("busy", state.goal.busy)
+                         .text("words", state.goal.words)
+                         .str());
   Look look;
   if (!state.measured.empty()) look.colour = state.measured;
   const bool coloured = colour_of(look, scene_.models) != "none";
