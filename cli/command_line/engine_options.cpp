@@ -87,10 +87,10 @@ const std::vector<std::string>& export_takes() {
 
 const std::vector<std::string>& import_takes() {
   static const std::vector<std::string> names = {
-      "--time",       "--steps",  "--energy", "--dump",      "--observe",       "--every",
-      "--snap",       "--check",  "--verify", "--no-verify", "--progress",      "--quiet",
-      "--out",        "--fps",    "--color",  "--springs",   "--trail",         "--wireframe",
-      "--no-compare", "--camera", "--size",   "--show",      "--debug-particle"};
+      "--time",    "--steps",      "--energy", "--dump",      "--observe",  "--every",
+      "--snap",    "--check",      "--verify", "--no-verify", "--progress", "--quiet",
+      "--out",     "--fps",        "--color",  "--springs",   "--trail",    "--wireframe",
+      "--surface", "--no-compare", "--camera", "--size",      "--show",     "--debug-particle"};
   return names;
 }
 

@@ -26,6 +26,8 @@ std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& t) {
       values("--trail", t.trails, "I", "the way of a particle, of body:I, or none"),
       app.add_flag("--wireframe", t.wireframe, "draw only the lines of surfaces")
           ->disable_flag_override(),
+      app.add_flag("--surface", t.surface, "draw water and other loose particles as a\nsurface")
+          ->disable_flag_override(),
       value("--camera", t.camera, "TEXT", "\"eye=x,y,z at=x,y,z up=x,y,z fov=30\", or parts"),
       value("--size", t.size, "WxH", "pixels of a picture; 1280x720 if not given")};
 }
@@ -48,7 +50,7 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
     usage_error("bad value", "--fps " + t.fps, "it is out of range", "as in --fps 30");
   if (request.fps && every)
     usage_error("two choices of frames", "--every and --fps", "only one can hold", "keep one");
-  request.look = {t.camera, t.color, t.size, t.springs, t.wireframe, t.trails};
+  request.look = {t.camera, t.color, t.size, t.springs, t.wireframe, t.surface, t.trails};
   // Parsed for its errors; only the scene knows all colours.
   LookSpec look = request.look;
   look.color.clear();
@@ -57,7 +59,7 @@ OutRequest out_request(const OutTexts& t, std::optional<std::int64_t> every) {
   request.show = t.show;
   if (looks && !request.any())
     usage_error("nothing to draw",
-                "--fps, --color, --springs, --trail, --wireframe, --camera or --size",
+                "--fps, --color, --springs, --trail, --wireframe, --surface, --camera or --size",
                 "they say how files look, and there is none", "add --out last.png");
   return request;
 }

@@ -19,7 +19,7 @@ namespace sim::cli {
 struct OutTexts {
   std::vector<std::string> files, springs, trails;
   std::string fps, color, camera, size;
-  bool wireframe = false, show = false;
+  bool wireframe = false, surface = false, show = false;
 };
 
 std::vector<CLI::Option*> add_out_options(CLI::App& app, OutTexts& texts);

@@ -130,7 +130,7 @@ void StudyOptions::add_to(CLI::App& app) {
   compare_ =
       study(app, "compare", "SCENE: methods side by side, each with its error", kCompareFooter,
             {"--integrator", "--dt", "--time", "--out", "--fps", "--color", "--springs", "--trail",
-             "--wireframe", "--camera", "--size", "--of", "--progress"});
+             "--wireframe", "--surface", "--camera", "--size", "--of", "--progress"});
   scene_of(compare_);
 
   sweep_ = study(app, "sweep", "SCENE: one scene many times, a row of a table each", kSweepFooter,

@@ -102,6 +102,7 @@ LookSpec look_spec(const sim_look* given) {
   for (const char* const* each = look->springs; each && *each; ++each)
     spec.springs.emplace_back(*each);
   spec.wireframe = look->wireframe != 0;
+  spec.surface = look->surface != 0;
   for (const char* const* each = look->trails; each && *each; ++each)
     spec.trails.emplace_back(*each);
   return spec;

@@ -260,7 +260,7 @@ const char* sim_trust_name(int trust); /* "trusted", ..; "" for another number *
  *                                with an error of its own
  *   out=FILE, fps=N           compare: a panel for each method, of any kind that --out knows, may
  *                             be there often; with color, camera, size=WxH, springs (often) and
- *                             wireframe=1 and trails (often), as in sim_look
+ *                             wireframe=1, surface=1 and trails (often), as in sim_look
  *   over=NAME=VALUES          sweep, once for each name: a,b,c or LO:HI:linN, LO:HI:logN, LO..HI;
  *                             NAME is integrator, dt, tol, time, steps, seed or a parameter
  *   cases=FILE                sweep, in place of over: CSV, names and then a row a case
@@ -284,10 +284,11 @@ typedef struct sim_look {
   const char* const* springs; /* that are drawn, "12", "shear", "all"; ends with a null pointer */
   int wireframe;              /* not 0: only the lines of surfaces */
   const char* const* trails;  /* of films: "12", "body:0", through the moments of the file */
+  int surface;                /* not 0: liquids are drawn as surfaces */
 } sim_look;
 
 #define SIM_LOOK \
-  { sizeof(sim_look), 0, 0, 0, 0, 0, 0, 0 }
+  { sizeof(sim_look), 0, 0, 0, 0, 0, 0, 0, 0 }
 
 unsigned char* sim_draw(sim_scene* scene, const sim_look* look, size_t* size, sim_error* error);
 /* Since 1.1: with somebody who is asked, as large pictures take long: SIM_STOPPED. */

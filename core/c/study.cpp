@@ -159,6 +159,7 @@ std::string compare(const Task& task, const StudiedScene& scene, AskedWords& wor
                 .size = words.text("size"),
                 .springs = words.all("springs"),
                 .wireframe = words.flag("wireframe", false),
+                .surface = words.flag("surface", false),
                 .trails = words.all("trails")};
   if (const std::optional<double> fps = words.number("fps")) {
     if (!(*fps >= 1e-6 && *fps <= 1e6))

@@ -148,6 +148,7 @@ Look make_look(const LookSpec& scene, const LookSpec& asked,
     if (!spec->color.empty()) read_colour(spec->color, look, names);
     if (!spec->size.empty()) read_size(spec->size, look);
     look.wireframe = look.wireframe || spec->wireframe;
+    look.surface = look.surface || spec->surface;
   }
   for (const std::string& springs : asked.springs.empty() ? scene.springs : asked.springs)
     read_springs(springs, look);

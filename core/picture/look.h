@@ -16,6 +16,7 @@ struct Look {
   double fov = 30;                  // degrees, of the height
   std::optional<double> ground;     // m, its height
   bool wireframe = false;
+  bool surface = false;         // liquids are drawn as one surface each
   std::string colour = "none";  // one of colours(), or the name of a number of a lattice
   double most = 0;              // of its scale, in its unit; 0: as the run needs
   bool all_springs = false;

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/particles/elements/torn_faces.h"
+#include "core/picture/liquid_surface.h"
 #include "core/picture/raster/text.h"
 #include "core/picture/trail.h"
 
@@ -109,6 +110,7 @@ Scenery::Scenery(std::span<const Model> models, const Moments& moments, const Lo
   for (std::size_t m = 0; m < models.size(); ++m) turned_.push_back(shows_back(m));
   for (std::size_t m = 0; look.wireframe && m < models.size(); ++m)
     wires_.push_back(edges_of(models[m]));
+  if (look.surface) find_liquids();
   check_trails(models, look);
   for (std::size_t m = 0; m < models.size(); ++m) follow(m);
   look_.colour = colour_of(look, models);
@@ -173,10 +175,12 @@ Picture Scenery::picture(std::size_t at) const {
   picture.skins = {{colour(0xD9453C), colour(0xE2B56E), true, 0.0F},
                    {colour(0x7F8FA6), colour(0x7F8FA6), false, 0.5F},
                    {colour(0xB9BDC4), colour(0x9A9EA6), false, 0.0F},
-                   {colour(kBody), colour(kBody), false, 0.3F}};
+                   {colour(kBody), colour(kBody), false, 0.3F},
+                   {colour(kParticle), colour(kParticle), true, 0.6F}};
   for (std::size_t m = 0; m < models_.size(); ++m) {
     const Frame& frame = moment[m];
     surfaces(picture, m, frame);
+    if (look_.surface) liquid(picture, m, frame);
     loose(picture, m, frame);
     trails(picture, m, at);
     springs(picture, m, frame);
@@ -224,11 +228,64 @@ void Scenery::surfaces(Picture& picture, std::size_t m, const Frame& frame) cons
   split_sharp_edges(picture, first_triangle);
 }
 
+void Scenery::find_liquids() {
+  bool any = false;
+  Moment room;
+  const Moment& first = moments_.at(0, room);
+  for (std::size_t m = 0; m < models_.size(); ++m) {
+    Liquid liquid{liquid_of(models_[m]), 0};
+    if (!liquid.ids.empty()) liquid.spacing = liquid_spacing(first[m], liquid.ids);
+    if (!(liquid.spacing > 0 && std::isfinite(liquid.spacing))) liquid.ids.clear();
+    any = any || !liquid.ids.empty();
+    liquids_.push_back(std::move(liquid));
+  }
+  if (!any)
+    nothing_of("--surface", "the scene has no water, nor other loose particles", "leave it out");
+}
+
+// Particles that have flown off, or have no position, stay out of it.
+void Scenery::liquid(Picture& picture, std::size_t m, const Frame& frame) const {
+  const auto& [ids, spacing] = liquids_[m];
+  const std::vector<double> all = quantity(models_[m], frame, look_.colour);
+  std::vector<Vec3> particles;
+  std::vector<double> values;
+  for (const int i : ids) {
+    if (!viewpoint_.reaches[m].holds(frame.at(i))) continue;
+    particles.push_back(frame.at(i));
+    if (!all.empty()) values.push_back(all[static_cast<std::size_t>(i)]);
+  }
+  const LiquidSurface surface = liquid_surface(particles, spacing, values);
+  constexpr int kSkin = 4;
+  const V3 front = picture.skins[kSkin].front;
+  const std::size_t first = picture.points.size();
+  if (look_.colour != "none") picture.colours.resize(first, picture.skins[0].front);
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    picture.points.push_back(place(m, surface.points[i]));
+    if (look_.colour != "none")
+      picture.colours.push_back(values.empty() ? front : scale_.colour(surface.values[i]));
+  }
+  picture.normals.resize(picture.points.size());
+  for (const auto& t : surface.triangles) {
+    PictureTriangle triangle{{}, kSkin};
+    for (std::size_t k = 0; k < 3; ++k) triangle.points[k] = t[k] + static_cast<int>(first);
+    const auto corner = [&](std::size_t k) {
+      return picture.points[static_cast<std::size_t>(triangle.points[k])];
+    };
+    const V3 normal = sum_normal(corner(0), corner(1), corner(2));
+    for (const int i : triangle.points) picture.normals[static_cast<std::size_t>(i)] += normal;
+    picture.triangles.push_back(triangle);
+  }
+  for (std::size_t i = first; i < picture.normals.size(); ++i)
+    picture.normals[i] = raster::unit(picture.normals[i]);
+}
+
 // Particles that are in no triangle are balls, and springs between them bars. Pinned corners of a
-// surface get small balls.
+// surface get small balls. Liquids that are drawn as surfaces have none.
 void Scenery::loose(Picture& picture, std::size_t m, const Frame& frame) const {
   const Model& model = models_[m];
-  const std::vector<bool> covered = model.in_triangles();
+  std::vector<bool> covered = model.in_triangles();
+  if (look_.surface)
+    for (const int i : liquids_[m].ids) covered[static_cast<std::size_t>(i)] = true;
   const auto bare = [&](int i) { return !covered[static_cast<std::size_t>(i)]; };
   int count = 0;
   for (int i = 0; i < model.particles; ++i) count += bare(i);

@@ -30,7 +30,9 @@ class Scenery {
 
  private:
   bool shows_back(std::size_t system) const;
+  void find_liquids();
   void surfaces(Picture& picture, std::size_t system, const Frame& frame) const;
+  void liquid(Picture& picture, std::size_t system, const Frame& frame) const;
   void loose(Picture& picture, std::size_t system, const Frame& frame) const;
   void follow(std::size_t system);  // trails_ := the ways of what leaves trails
   void trails(Picture& picture, std::size_t system, std::size_t moment) const;
@@ -49,6 +51,11 @@ class Scenery {
   Look look_;
   std::vector<bool> turned_;                            // systems whose surface would show its back
   std::vector<std::vector<std::array<int, 2>>> wires_;  // of each system, if they are drawn
+  struct Liquid {
+    std::vector<int> ids;
+    double spacing;  // m
+  };
+  std::vector<Liquid> liquids_;  // of each system, if they are drawn as surfaces
   struct Path {
     unsigned fresh, faded;          // colours of its end and of its beginning
     std::vector<Vec3> points;       // m

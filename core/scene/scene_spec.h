@@ -45,12 +45,12 @@ struct LookSpec {
   std::string color;                 // "strain", "speed:2"
   std::string size;                  // "1280x720"
   std::vector<std::string> springs;  // of a particle, a family, or "all"
-  bool wireframe = false;
+  bool wireframe = false, surface = false;
   std::vector<std::string> trails;  // of a particle, "body:0", or "none"
 
   bool empty() const {
     return camera.empty() && color.empty() && size.empty() && springs.empty() && !wireframe &&
-           trails.empty();
+           !surface && trails.empty();
   }
 };
 

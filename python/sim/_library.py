@@ -71,7 +71,7 @@ class VerdictRecord(ctypes.Structure):
 class LookRecord(ctypes.Structure):
     _fields_ = [("size", c_size_t), ("width", c_int), ("height", c_int), ("color", c_char_p),
                 ("camera", c_char_p), ("springs", POINTER(c_char_p)), ("wireframe", c_int),
-                ("trails", POINTER(c_char_p))]
+                ("trails", POINTER(c_char_p)), ("surface", c_int)]
 
 
 WATCH = ctypes.CFUNCTYPE(c_int, c_void_p, c_char_p, c_double)
@@ -271,11 +271,13 @@ def as_setting(value):
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False, trails=()):
+def look(width=0, height=0, color=None, camera=None, springs=(), wireframe=False, trails=(),
+         surface=False):
     """How pictures look, as the library takes it."""
     record = LookRecord(size=ctypes.sizeof(LookRecord), width=as_int(width, "width"),
                         height=as_int(height, "height"), color=color and as_bytes(color),
-                        camera=camera and as_bytes(camera), wireframe=bool(wireframe))
+                        camera=camera and as_bytes(camera), wireframe=bool(wireframe),
+                        surface=bool(surface))
     drawn = texts([springs] if isinstance(springs, (str, int)) else springs)
     if drawn is not None:
         record.springs = drawn  # the record keeps it alive

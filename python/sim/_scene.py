@@ -489,11 +489,13 @@ class Scene(System, Owner):
                                                self._failed), self._failed))
 
     def picture(self, file=None, width=1280, height=720, color=None, camera=None, springs=(),
-                wireframe=False):
+                wireframe=False, surface=False):
         """The scene as it is now: PNG as bytes, or written to a file. color: "strain", "speed:2";
         camera: "eye=1,2,3 at=0,0,0 up=0,1,0 fov=40", or parts (m, degrees); springs: which are
-        drawn, of a particle, a family or "all"; wireframe: only the lines of surfaces."""
-        size, record = ctypes.c_size_t(), look(width, height, color, camera, springs, wireframe)
+        drawn, of a particle, a family or "all"; wireframe: only the lines of surfaces; surface:
+        water and other liquids are drawn as surfaces."""
+        size = ctypes.c_size_t()
+        record = look(width, height, color, camera, springs, wireframe, surface=surface)
         if record.width == 0 and record.height == 0:
             raise Error("bad value", "width = 0, height = 0", "a picture has pixels",
                         "give both, like 1280 and 720")
@@ -514,9 +516,10 @@ class Scene(System, Owner):
 
     def write(self, file, time=0.0, fps=30.0, progress=None, **looks):
         """Writes a file of any kind that `sim --out` knows: of now, or of `time` s from now in
-        steps, fps pictures a second of simulated time. looks: width, height, color, camera, springs
-        and wireframe of pictures and films, as in picture(), and trails of particles and bodies,
-        12 or "body:0", through the moments of the file. Ctrl-C ends it; no file is left."""
+        steps, fps pictures a second of simulated time. looks: width, height, color, camera,
+        springs, wireframe and surface of pictures and films, as in picture(), and trails of
+        particles and bodies, 12 or "body:0", through the moments of the file. Ctrl-C ends it; no
+        file is left."""
         fps, time = as_number(fps, "fps", 1e-6), as_number(time, "time", 0)
         writer = lib.sim_writer_open_look(self._open(), as_bytes(file), fps, look(**looks),
                                           self._failed)

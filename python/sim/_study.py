@@ -129,11 +129,13 @@ def compare(scene, methods=(), time=None, reference=None, of=None, out=(), look=
     seconds (of wall time), error: rms of positions, m, the largest of all times; rms: that at the
     end; most: of one particle, m; off: of what is observed; diverged_at, s.
     out: files with a panel for each method, of any kind that `sim compare --out` knows; look: how
-    they look, a dict with fps, color, camera, size ("1280x720"), springs, wireframe, trails.
+    they look, a dict with fps, color, camera, size ("1280x720"), springs, wireframe, surface,
+    trails.
     """
     asked = dict(look or {}, time=time, of=of, out=out)
-    if "wireframe" in asked:
-        asked["wireframe"] = int(bool(asked["wireframe"]))
+    for flag in ("wireframe", "surface"):
+        if flag in asked:
+            asked[flag] = int(bool(asked[flag]))
     pairs = [one if isinstance(one, tuple) else (one, 0.0) for one in methods]
     if pairs:
         asked.update(integrators=[name for name, _ in pairs], dt=[dt for _, dt in pairs])

@@ -176,6 +176,8 @@ TEST_CASE("wrong files and looks are refused before the run") {
   says({"--out", "a.png", "--size", "9x9"}, 2, "1280x720");
   says({"--out", "a.png", "--fps", "5", "--every", "5"}, 2, "only one");
   says({"--wireframe"}, 2, "--out");
+  says({"--surface"}, 2, "--out");
+  says({"--out", "a.png", "-n", "1", "--surface"}, 2, "no water");
   says({"--out", "a.png", "-n", "1", "--springs", "64"}, 2, "0 to 63");
   says({"--out", "a.png", "-n", "1", "--trail", "64"}, 2, "0 to 63");
   says({"--out", "a.png", "-n", "1", "--trail", "body:0"}, 2, "no body of that number");
@@ -323,6 +325,7 @@ TEST_CASE("a scene says how it is looked at, and its user has the last word") {
            {"{ color = 'beauty' }", "nothing is coloured by that"},
            {"{ fov = 1000 }", "1 to 150 degrees"},
            {"{ wireframe = 1 }", "expected true or false"},
+           {"{ surface = 1 }", "bad surface of look"},
            {"3", "bad look"}}) {
     scene(look);
     done = run_sim({"s.lua", "-q"}, here);

@@ -408,6 +408,7 @@ TEST_CASE("every word of a look is read, alone and as a list", "[lua][scenes]") 
   CHECK(look("size = '320x200'").size == "320x200");
   CHECK(look("wireframe = true").wireframe);
   CHECK(look("wireframe = false").empty());
+  CHECK(look("surface = true").surface);
   CHECK(look("eye = {1, 2, 3}, up = {0, 0, 1}, fov = 50").camera == "eye=1,2,3 up=0,0,1 fov=50");
   CHECK(contains(text_error("local p = sim.particles { mass = 1 }\np:add {0, 0, 0}\nreturn "
                             "sim.scene { particles = p, forces = {}, integrator = 'rk4', dt = "

@@ -40,7 +40,8 @@ LookSpec read_look(lua_State* L, int index, const SourceLocation& place,
   index = lua_absindex(L, index);
   if (!lua_istable(L, index))
     scene_error(place, "bad look", "expected { color = \"strain\", .. }, got " + show(L, index));
-  read_keys(L, index, {"eye", "at", "up", "fov", "color", "springs", "trail", "wireframe", "size"},
+  read_keys(L, index,
+            {"eye", "at", "up", "fov", "color", "springs", "trail", "wireframe", "surface", "size"},
             place, "look");
   LookSpec look;
   const int top = lua_gettop(L);
@@ -56,10 +57,13 @@ LookSpec read_look(lua_State* L, int index, const SourceLocation& place,
       *text = read_text(L, -1, place, name + std::string(" of look"));
   read_choices(L, index, "springs", place, look.springs);
   read_choices(L, index, "trail", place, look.trails);
-  if (const int type = push_field(L, index, "wireframe"); type == LUA_TBOOLEAN)
-    look.wireframe = lua_toboolean(L, -1) == 1;
-  else if (type != LUA_TNIL)
-    scene_error(place, "bad wireframe of look", "expected true or false, got " + show(L, -1));
+  for (const auto& [name, flag] :
+       {std::pair{"wireframe", &look.wireframe}, {"surface", &look.surface}})
+    if (const int type = push_field(L, index, name); type == LUA_TBOOLEAN)
+      *flag = lua_toboolean(L, -1) == 1;
+    else if (type != LUA_TNIL)
+      scene_error(place, "bad " + std::string(name) + " of look",
+                  "expected true or false, got " + show(L, -1));
   lua_settop(L, top);
   try {
     make_look(look, {}, names);

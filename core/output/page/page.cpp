@@ -164,6 +164,7 @@ std::string Page::made(const std::string& live, std::string nonce, std::size_t m
   head.json("ground", view_.ground ? number(own_axes(view_.ground->origin).y) : "null");
   head.json("grid", number(view_.grid * view_.scale)).json("live", live);
   const bool own = look_.colour == "strain" || look_.colour == "speed";
+  if (look_.surface) head.flag("surface", true);
   head.text("colour", measured() ? scale_.name : own ? look_.colour : "plain");
   if (measured())
     head.json("values", JsonObject()
