@@ -174,8 +174,12 @@ void Live::stop_explosion() {
 std::string Live::limit_words(std::size_t i) {
   if (shares_stale_) measure_limits();
   if (!(shares_[i] > 1)) return ". This is a state before.";
-  return "; dt is " + brief(100 * shares_[i], 3) + " % of the largest stable step: try dt " +
-         brief(0.8 * player_.system(i).h() / shares_[i], 2) + ". This is a state before.";
+  constexpr double kMany = 10;
+  return "; dt is " +
+         (shares_[i] < kMany ? brief(100 * shares_[i], 3) + " % of"
+                             : brief(shares_[i], 3) + " times") +
+         " the largest stable step: try dt " + brief(0.8 * player_.system(i).h() / shares_[i], 2) +
+         ". This is a state before.";
 }
 
 void Live::go_to(std::int64_t step) {
