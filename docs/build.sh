@@ -10,7 +10,7 @@ rm -rf "$pages" "$folder/html"
 mkdir -p "$pages/pictures" "$pages/_static" "$folder/html"
 cp "$docs"/*.md "$docs"/*.svg "$docs/conf.py" "$pages"
 cp "$docs/site.css" "$pages/_static"
-cp "$root"/tests/pictures/*.png "$root"/tests/bench/tradeoff/*.svg "$pages/pictures"
+cp "$root"/tests/pictures/*.{png,svg} "$pages/pictures"
 cp "$root/plugins/README.md" "$pages/plugin-guide.md"
 cp "$root/core/README.md" "$pages/kernel.md"
 cp "$root/tests/bench/RESULTS.md" "$pages/results.md"
@@ -21,14 +21,13 @@ cp "$root/SECURITY.md" "$pages/security.md"
 # Links between files of the tree become links between pages.
 sed -i -E \
   -e 's#\]\((\.\./)*tests/pictures/#](pictures/#g' \
-  -e 's#\]\((\.\./)*tests/bench/tradeoff/([a-z0-9]+\.svg)#](pictures/\2#g' \
   -e 's#\]\((\.\./)*(tests/bench/)?RESULTS\.md#](results.md#g' \
   -e 's#\]\((\.\./)*plugins/README\.md#](plugin-guide.md#g' \
   -e 's#\]\((\.\./)*core/README\.md#](kernel.md#g' \
   -e 's~\]\(docs/~](~g' \
   -e 's#\]\((\.\./)*SECURITY\.md#](security.md#g' \
   -e 's#\]\((\.\./)*CONTRIBUTING\.md#](contributing.md#g' \
-  -e 's#\[([^]]*)\]\((\.\./)*(CODE_OF_CONDUCT\.md|LICENSE|tests/bench/tradeoff/[a-z0-9]+\.txt|(cloth|pendulum|pendulum1)\.(txt|svg)|tradeoff/[a-z0-9]+\.(txt|svg))\)#`\3`#g' \
+  -e 's#\[([^]]*)\]\((\.\./)*(CODE_OF_CONDUCT\.md|LICENSE)\)#`\3`#g' \
   "$pages"/*.md
 
 # Pages that the programs write.

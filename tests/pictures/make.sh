@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# make.sh SIM FOLDER [SHARE]: the pictures of README.md, with sides of that share of their size.
+# make.sh SIM FOLDER [SHARE]: the pictures of README.md and docs/, with sides of that share of their size.
 set -euo pipefail
 sim=$1 folder=$2 share=${3:-1}
 mkdir -p "$folder"
@@ -24,6 +24,7 @@ picture 800 450 scenes/boat.lua -T 0.5 --out "$folder/boat.png"
 picture 800 450 scenes/cloth.lua -s n=12 -T 0.5 --springs 65 --out "$folder/springs.png"
 picture 800 450 scenes/cloth.lua -s n=24 -d 0.002 -T 0.45 --wireframe --out "$folder/wireframe.png"
 ((share > 1)) || python3 -B "$(dirname -- "$0")/../view/picture.py" "$sim" "$folder/page.png"
+((share > 1)) || "$sim" tradeoff scenes/cloth.lua --time 2 --progress off --svg "$folder/tradeoff.svg" >/dev/null
 picture 800 450 scenes/cloth.lua -s n=32 -d 0.002 -T 0.36 --color strain:0.5 --out "$folder/strain.png"
 "$sim" compare scenes/cloth.lua -s n=12 -T 0.7 -d 0.006 -i rk4 -i verlet -i implicit_euler --progress off \
   --color error:0.1 --size "$((1200 / share))x$((360 / share))" --out "$folder/compare.png" > /dev/null
