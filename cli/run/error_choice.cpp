@@ -153,10 +153,10 @@ GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& 
     if (!choice.complete) return {};
     if (!choice.method && !choice.asked) {
       choices[i].reset();
-      const MethodChoice own = request.scene.integrator.over(spec.integrator);
+      const MethodChoice method = request.scene.integrator.over(spec.integrator);
       notes << "sim: note: no error of a method is known by trials that are short beside the "
                "run: '"
-            << own.name << "' chooses as it goes\n";
+            << method.name << "' chooses as it goes\n";
       continue;
     }
     if (!choice.method)
