@@ -21,7 +21,7 @@ struct ManyResult {
   bool same = false;      // bits on both numbers of threads
 };
 
-// Those whose names hold `options.only`.
+// Measures the cases whose names hold `options.only`.
 std::vector<ManyResult> measure_many(const Options& options, sim::Registry& registry);
 Table many_table(const std::vector<ManyResult>& results);
 

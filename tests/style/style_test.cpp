@@ -121,7 +121,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
        rooms.insert({"core/engine", "core/report", "core/lua"});
        return rooms;
      }()},
-    {"plugins/contact", ground_and({"core/geometry", "core/particles", "core/plugin"})},
+    {"plugins/contact",
+     ground_and({"core/geometry", "core/linear", "core/particles", "core/plugin"})},
     {"plugins/forces",
      ground_and({"core/expression", "core/geometry", "core/particles", "core/plugin"})},
     {"plugins/fields", ground_and({"core/expression", "core/fields", "core/ode", "core/plugin"})},
@@ -247,7 +248,7 @@ TEST_CASE("plugins include public headers and their own folder") {
                               internal = headers_of("internal_headers.txt"),
                               anywhere = {"colliders", "constraints", "contact",
                                           "forces",    "laws",        "motions"};
-  CHECK(open.size() <= 64);
+  CHECK(open.size() <= 65);
   std::set<std::string> used;
   int checked = 0;
   for (const File& file : cpp_files({"plugins"})) {

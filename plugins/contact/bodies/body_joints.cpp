@@ -113,7 +113,7 @@ void BodyJoints::begin(const BodyCollision& body_collision,
   moves_ = false;
   std::copy_n(x_next, end_.size(), end_.data());
   const ParticleView view = particles_->view(t_end, end_.data());
-  // What is fixed, and then the groups if that or the equations have changed.
+  // Fixed particles and bodies, and then the groups if that or the equations have changed.
   bool changed = groups_.empty();
   const auto fix = [&](int particle, bool fixed) {
     std::uint8_t& own = fixed_[static_cast<std::size_t>(particle)];
@@ -168,7 +168,7 @@ void BodyJoints::begin(const BodyCollision& body_collision,
   }
 }
 
-// What is fixed moves as it does in the state.
+// Fixed particles and bodies move as they do in the state.
 void BodyJoints::prepare(std::span<const SolverBody> solver_bodies, std::size_t g) {
   prepared_[g] = 1;
   JointGroup& group = groups_[g];

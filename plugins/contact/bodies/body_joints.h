@@ -16,8 +16,8 @@ namespace sim {
 // Contact impulses act on bodies and particles as if they were free; project() takes velocities to
 // the nearest ones that the joints allow, in the metric of the masses, by constraint impulses. It
 // is an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
-// What constraints join is a group, which is projected by itself; pinned particles and fixed bodies
-// join none.
+// A group holds all that constraints join, and is projected by itself; pinned particles and fixed
+// bodies join none.
 class BodyJoints final : public JointProjection {
  public:
   BodyJoints(Particles& particles, ConstraintSystem& constraint_system);
