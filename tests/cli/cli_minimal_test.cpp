@@ -1,5 +1,6 @@
 // sim minimal: which parts of a scene does a result need?
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <sstream>
 
 #include "core/base/text.h"
@@ -33,6 +34,22 @@ TEST_CASE("sim minimal takes a world apart, and its command runs") {
   const Outcome wrong = run_sim({"scenes/sample.lua", "--without", "pendulum.flex"});
   CHECK(wrong.code == 2);
   CHECK(wrong.err.find("did you mean") != std::string::npos);
+}
+
+TEST_CASE("sim minimal looks at runs without shortening their steps") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder.path() / "decay.lua").string();
+  write_text(
+      scene,
+      "local sim = require 'sim'\n"
+      "return sim.scene { state = { 1 }, field = sim.field.formula { '-u', names = {'u'} },\n"
+      "  integrator = 'euler', dt = 0.1, duration = 1 }\n");
+  const Outcome outcome = run_sim({"minimal", scene, "--json"});
+  REQUIRE(outcome.code == 0);
+  const Json part = JsonReader(outcome.out).read().at("parts").list.front();
+  CHECK(part.at("option").text == "-d 0.2");
+  // Ten steps of 0.9 and five of 0.8.
+  CHECK(part.at("change").number == Approx(std::pow(0.9, 10) - std::pow(0.8, 5)).epsilon(1e-9));
 }
 
 TEST_CASE("sim minimal drops what the result does not need, and its command runs") {

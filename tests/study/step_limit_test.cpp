@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/study/limits/step_limit.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -80,6 +81,32 @@ TEST_CASE("what a system grows by itself is no fault of a step") {
     REQUIRE(each.predicted.value() > 0.01);
     CHECK(each.measured.value() == Approx(each.predicted.value()).epsilon(0.01));
   }
+}
+
+TEST_CASE("particles of a fluid that drift off its surface are no fault of a step") {
+  sim::Registry registry = make_registry();
+  const sim::test::SceneFolder folder;
+  const auto file = folder.write(
+      "water.lua",
+      "local sim, a = require 'sim', 0.05\n"
+      "local p = sim.particles { mass = 1000*a^3 }\n"
+      "for i = 0, 26 do p:add { (i//9 + 0.5)*a - 0.5, (i//3%3 + 0.5)*a, (i%3 + 0.5)*a } end\n"
+      "local room = sim.collider.box { center = {0, 1, 1.5*a}, half = {0.5, 1, 1.5*a},\n"
+      "  inside = true, thickness = a/4 }\n"
+      "return sim.scene { particles = p, colliders = { room }, integrator = 'verlet', dt = 8e-4,\n"
+      "  duration = 1, forces = { sim.force.gravity {}, sim.force.fluid { particles = p, density = "
+      "1000,\n"
+      "    boundary = { room }, speed_of_sound = 28, alpha = 0.16 } } }\n");
+  const sim::SystemSpec spec =
+      sim::load_scene(file, registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}}).systems.front();
+  const sim::study::Problem problem{&spec, &registry};
+  sim::Simulation system = problem.simulation();
+  const sim::study::Spectrum spectrum = sim::study::spectrum(system);
+  sim::study::Standstill place(problem, system);
+  // Below 2 / omega: pressure has a kink where a particle begins to feel it.
+  const double limit = sim::study::measured_step(place, spectrum, {"verlet"}).value();
+  CHECK(limit > 0.3 * 2 / spectrum.fastest.omega);
+  CHECK(limit < 1.01 * 2 / spectrum.fastest.omega);
 }
 
 TEST_CASE("splittings take drag of single particles by the midpoint rule") {
@@ -217,7 +244,7 @@ TEST_CASE("a study ends when told to within its energies, and keeps those before
       CHECK(asked > last);
       for (const MethodStability& each : study.methods)
         for (const auto& point : each.energy) CHECK(point.error >= 0);  // a number
-      CHECK(asked == last + 1);  // not asked again
+      CHECK(asked == last + 1);                                         // not asked again
       if (counts.back() < 8 && last > 60) last += last / 2;
     }
     CHECK(counts.front() == 0);

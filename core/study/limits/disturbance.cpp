@@ -14,6 +14,8 @@ constexpr double kSize = 1e-7;     // of the disturbance, of the largest coordin
 constexpr double kTooLarge = 1e3;  // growth that is enough to know
 constexpr double kMode = 30;       // times the random part, of the fastest mode
 constexpr double kOwn = 1.2;       // times the growth found, which is approached from below
+constexpr int kLonger = 2;         // times as many steps, for a growth that may be a drift
+constexpr double kDrift = 2.1;     // or less: the growth of a drift from half a time to the whole
 
 }  // namespace
 
@@ -65,26 +67,35 @@ double Disturbance::size_of(const Array& x) const {
   return std::sqrt(sum);
 }
 
+// What nothing holds, as particles on the surface of a fluid, drifts away: as t, at whatever step.
 double Disturbance::operator()(double h) {
+  const auto [growth, ratio] = growth_in(kSteps, h);
+  if (growth <= 1 + tolerance() || ratio > kDrift) return growth;
+  return growth_in(kLonger * kSteps, h).ratio > kDrift ? growth : 1;
+}
+
+Disturbance::Grown Disturbance::growth_in(int steps, double h) {
   integrator_->restart(place_->t(), h, start_.data());
   std::ranges::copy(start_.span(), x_.data());
   const double first = size_of(x_);
   double early = 0, late = 0;
-  for (int step = 1; step <= kSteps; ++step) {
-    if (place_->system().ode().stopped()) return HUGE_VAL;
+  for (int step = 1; step <= steps; ++step) {
+    if (place_->system().ode().stopped()) return {HUGE_VAL, HUGE_VAL};
     const double t = place_->t() + (step - 1) * h;
     if (integrator_->step(place_->system().ode(), t, h, x_.data(), next_.data()) !=
         StepStatus::kDone)
-      return HUGE_VAL;
+      return {HUGE_VAL, HUGE_VAL};
     std::swap(x_, next_);
     const double size = size_of(x_);
-    if (!std::isfinite(size)) return HUGE_VAL;
+    if (!std::isfinite(size)) return {HUGE_VAL, HUGE_VAL};
     if (size > kTooLarge * first)
-      return elementary::pow(size / first, 1.0 / step) / elementary::exp(own_ * h);
-    if (step > kSteps / 4 && step <= kSteps / 2) early = std::max(early, size);
-    if (step > kSteps * 3 / 4) late = std::max(late, size);
+      return {elementary::pow(size / first, 1.0 / step) / elementary::exp(own_ * h), HUGE_VAL};
+    if (step > steps / 4 && step <= steps / 2) early = std::max(early, size);
+    if (step > steps * 3 / 4) late = std::max(late, size);
   }
-  return early > 0 ? elementary::pow(late / early, 2.0 / kSteps) / elementary::exp(own_ * h) : 1;
+  if (early == 0) return {1, 1};
+  const double ratio = late / early;
+  return {elementary::pow(ratio, 2.0 / steps) / elementary::exp(own_ * h), ratio};
 }
 
 double limit_by_disturbance(Disturbance& growth, double limit) {

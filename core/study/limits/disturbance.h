@@ -16,8 +16,8 @@ class Disturbance {
   Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method);
 
   // Growth in one step of size h, beyond the growth of the system itself: the largest size seen in
-  // the last quarter of some hundred steps relative to that in the second. Infinity if a step
-  // fails.
+  // the last quarter of some hundred steps relative to that in the second; 1 for a drift. Infinity
+  // if a step fails.
   double operator()(double h);
 
   // Growth below 1 + this counts as none; for a method of several steps a tenth of it.
@@ -29,6 +29,10 @@ class Disturbance {
   bool keeps_steps() const { return keeps_steps_; }
 
  private:
+  struct Grown {
+    double growth, ratio;  // in one step; of the last quarter to the second
+  };
+  Grown growth_in(int steps, double h);
   double size_of(const Array& x) const;
 
   Standstill* place_;

@@ -27,7 +27,7 @@ std::vector<double> positions(const Simulation& system) {
   return values;
 }
 
-// One run to the looks; false when it fails or is told to end.
+// One run to the looks, which do not shorten its steps; false when it fails or is told to end.
 bool run_once(const Problem& problem, double time, const std::function<bool()>& go_on, bool record,
               Look& look, bool& told) {
   Simulation system = problem.simulation();
@@ -63,13 +63,13 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
     while (good && system.t() < end - rounding) {
       const auto whole =
           static_cast<std::int64_t>((end - system.t()) / system.h() * (1 + 1e-12) + 1e-9);
+      if (whole == 0 && k < kLooks) break;
       const std::int64_t most = each_step ? 1 : 1024;
       good = whole > 0 ? system.steps(std::min(whole, most)) > 0 : system.step_to(end);
       if (good) follow();
     }
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (!good) return false;
-    see();
+    if (!good || (record && !look_between_steps(system, end, go_on, see))) return false;
   }
   look.seconds = record ? seconds : std::min(look.seconds, seconds);
   if (!record) return true;

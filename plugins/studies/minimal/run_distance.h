@@ -25,7 +25,8 @@ struct Look {
   std::int64_t evaluations = 0;
 };
 
-// Runs the problem as it is; steps are shortened to be at the times. Nothing when told to end.
+// Runs the problem as it is; looks between steps are at short ones, which are taken back. Nothing
+// when told to end.
 std::optional<Look> look_at(const Problem& problem, double time,
                             const std::function<bool()>& go_on);
 
