@@ -1,17 +1,14 @@
 // Runs of scenes that no closed form judges, against finer runs by methods of two families.
 #include <algorithm>
-#include <ctime>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <optional>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/lua/scene/scene_file.h"
 #include "core/study/run/track.h"
 #include "core/study/verdict/refined_run.h"
 #include "tests/hunt/hunt.h"
+#include "tests/hunt/kind_runs.h"
 #include "tests/hunt/kinds.h"
 #include "tests/hunt/random_numbers.h"
 #include "tests/support/scenes.h"
@@ -20,23 +17,11 @@ namespace sim_test {
 namespace {
 
 using sim::study::Trust;
-using State = std::vector<double>;
 
 constexpr int kFrames = 20;
 constexpr double kWrongShare = 0.05;
 // The share of an error, and of the size, by which two references may differ to be accepted.
 constexpr double kKnown = 0.25, kKnownShare = 2e-4;
-
-double distance(const State& a, const State& b, std::size_t width) {
-  double most = 0;
-  for (std::size_t i = 0; i < a.size(); i += width) {
-    double square = 0;
-    for (std::size_t k = i; k < i + width; ++k) square += (a[k] - b[k]) * (a[k] - b[k]);
-    const double apart = std::sqrt(square);
-    if (!(apart <= most)) most = apart;
-  }
-  return std::isnan(most) ? HUGE_VAL : most;
-}
 
 double extent(const State& x, std::size_t width) {
   double size = 0;
@@ -50,16 +35,6 @@ double extent(const State& x, std::size_t width) {
   }
   return size;
 }
-
-// Ends a case that takes too long, on a processor of its own or not.
-class Patience {
- public:
-  bool over() const { return std::clock() > end_; }
-
- private:
-  static constexpr int kMostSeconds = 5;
-  std::clock_t end_ = std::clock() + kMostSeconds * CLOCKS_PER_SEC;
-};
 
 // The energy in play up to the last look, J.
 class EnergyInPlay {
@@ -116,16 +91,6 @@ class Reference {
   EnergyInPlay in_play_;
 };
 
-sim::SystemSpec load(const HuntKind& kind, std::uint64_t seed, sim::Registry& registry) {
-  const auto file = std::filesystem::temp_directory_path() /
-                    ("hunt_" + std::string(kind.name) + std::to_string(seed) + ".lua");
-  std::ofstream(file) << kind.scene(seed);
-  sim::SceneSpec scene =
-      sim::load_scene(file.string(), registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}});
-  std::filesystem::remove(file);
-  return std::move(scene.systems.front());
-}
-
 // Explicit methods of two families, of those that the scene takes.
 std::vector<std::string> references(const std::vector<std::string>& methods, bool imex) {
   std::vector<std::string> found;
@@ -135,16 +100,6 @@ std::vector<std::string> references(const std::vector<std::string>& methods, boo
         found.size() < 2)
       found.emplace_back(family);
   return found;
-}
-
-// Some refuse contact or constraints only when they meet them.
-bool can_run(const sim::SystemSpec& spec, const std::string& method, sim::Registry& registry) {
-  try {
-    const sim::Simulation system(spec, registry, {.integrator = method, .dt = spec.dt});
-  } catch (const sim::Error&) {
-    return false;
-  }
-  return true;
 }
 
 // The run as `sim` makes it, with what it looked like at each frame.
@@ -228,7 +183,7 @@ Case hunt_one(const HuntKind& kind, std::uint64_t seed, sim::Registry& registry)
   found.words = kind.name;
   const Patience patience;
   try {
-    const sim::SystemSpec spec = load(kind, seed, registry);
+    const sim::SystemSpec spec = system_of(kind.scene(seed), registry);
     const std::size_t width = spec.first_order && spec.first_order->dimension == 1 ? 1 : 3;
     Random random(seed + 1'000'003);
     std::vector<std::string> methods = methods_for(spec, registry);

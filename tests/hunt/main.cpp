@@ -1,5 +1,5 @@
-// Words: goals ..., show KIND SEED, or [KIND | all] [N [SEED]]; without a kind the chains, cloths
-// and fields that extrapolation judges.
+// Words: goals ..., studies [N [SEED]], show KIND SEED, or [KIND | all] [N [SEED]]; without a kind
+// the chains, cloths and fields that extrapolation judges.
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
@@ -10,6 +10,7 @@
 #include "tests/hunt/goals.h"
 #include "tests/hunt/hunt.h"
 #include "tests/hunt/kinds.h"
+#include "tests/hunt/studies.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -48,6 +49,8 @@ bool hunt_all(long cases, std::uint64_t first, double right_share, const Hunt& h
 int main(int argc, char** argv) {
   std::span<char*> words(argv + 1, static_cast<std::size_t>(argc - 1));
   if (!words.empty() && std::strcmp(words[0], "goals") == 0) return hunt_goals(words.subspan(1));
+  if (!words.empty() && std::strcmp(words[0], "studies") == 0)
+    return hunt_studies(words.subspan(1));
   if (words.size() == 3 && std::strcmp(words[0], "show") == 0) {
     for (const HuntKind& kind : hunt_kinds())
       if (std::strcmp(kind.name, words[1]) == 0)
@@ -76,7 +79,7 @@ int main(int argc, char** argv) {
                      [&](std::uint64_t seed) { return hunt_one(kind, seed, registry); });
   }
   if (any) return good ? 0 : 1;
-  std::cerr << "no kind '" << asked << "'; known: all, goals";
+  std::cerr << "no kind '" << asked << "'; known: all, goals, studies";
   for (const HuntKind& kind : hunt_kinds()) std::cerr << ", " << kind.name;
   std::cerr << '\n';
   return 2;
