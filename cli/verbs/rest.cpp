@@ -1,15 +1,48 @@
 #include "cli/verbs/rest.h"
 
+#include <chrono>
+
 #include "cli/terminal/signals.h"
+#include "core/base/duration_text.h"
 #include "core/base/error.h"
 #include "core/output/format.h"
 #include "core/output/tables.h"
 #include "core/report/rest_report.h"
 
 namespace sim::cli {
+namespace {
+
+// Says that rest is still looked for, soon and then now and again.
+class RestWatch {
+ public:
+  explicit RestWatch(std::ostream* words) : words_(words) {}  // null: says nothing
+
+  bool stop() {
+    constexpr double kOften = 10;  // s
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (words_ && seconds >= next_) {
+      next_ = seconds < kOften ? kOften : next_ + kOften;
+      *words_ << "sim: note: no rest yet after " << rough_time(seconds)
+              << ", it may take half a minute and more; Ctrl-C ends it\n"
+              << std::flush;
+    }
+    return SessionSignals::any();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::ostream* words_;
+  double next_ = 2;  // s
+  const Clock::time_point begin_ = Clock::now();
+};
+
+}  // namespace
+
 void bring_to_rest(LoadedScene& scene, std::ostream* words) {
+  RestWatch watch(words);
   for (Simulation& system : scene.systems) {
-    const study::Rest rest = report::rest_of(system, SessionSignals::any);
+    const study::Rest rest = report::rest_of(system, [&] { return watch.stop(); });
     if (!words) continue;
     const std::string name = scene.spec.world ? system.name() + ": " : "";
     *words << "sim: note: " << name << report::rest_text(rest) << '\n';
@@ -30,9 +63,10 @@ int rest(const RestRequest& request, const Environment& environment, Registry& r
                  "the summary and the table would mix", "give the table a file, --dump=rest.csv"});
   const Interrupts interrupts;
   std::ostream& words = table_on_out ? console.err : console.out;
+  RestWatch watch(request.quiet ? nullptr : &console.err);
   std::vector<const Simulation*> systems;
   for (Simulation& system : scene.systems) {
-    const study::Rest rest = report::rest_of(system, SessionSignals::any);
+    const study::Rest rest = report::rest_of(system, [&] { return watch.stop(); });
     if (request.json)
       words << report::rest_json(system, rest) << '\n';
     else if (!request.quiet)

@@ -35,6 +35,13 @@ TEST_CASE("a run from rest stays there") {
   CHECK_THAT(run.out, Catch::Contains("-4.5548"));
 }
 
+TEST_CASE("a long search for rest says that it goes on, and ends when told to") {
+  const Outcome search =
+      run_sim({"rest", "scenes/dam.lua"}, {.signal = SIGINT, .signal_at = "no rest yet after 2 s"});
+  CHECK(search.code != 0);
+  CHECK_THAT(search.err, Catch::Contains("Ctrl-C ends it") && Catch::Contains("no rest was found"));
+}
+
 TEST_CASE("what has no rest is said, and why") {
   const sim::test::SceneFolder folder;
   const std::string falls = folder.write(
