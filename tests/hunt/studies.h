@@ -15,7 +15,7 @@
 
 namespace sim_test {
 
-// What came of the claims of one study.
+// The outcome of the claims of one study.
 struct ClaimTally {
   int held = 0, wrong = 0;
   int unknown = 0;    // the references do not agree well enough to judge them

@@ -67,7 +67,7 @@ double Disturbance::size_of(const Array& x) const {
   return std::sqrt(sum);
 }
 
-// What nothing holds, as particles on the surface of a fluid, drifts away: as t, at whatever step.
+// Particles that nothing holds, as on the surface of a fluid, drift away as t, at whatever step.
 double Disturbance::operator()(double h) {
   const auto [growth, ratio] = growth_in(kSteps, h);
   if (growth <= 1 + tolerance() || ratio > kDrift) return growth;
