@@ -103,3 +103,58 @@ TEST_CASE("rows in which nothing can move have no multiplier") {
   matrix.solve(x.data());
   CHECK(x == std::vector<double>(10, 0));
 }
+
+// Clusters of rods that share no particle, one of them with a rod given twice.
+TEST_CASE("separate rows have the same bits on any number of threads") {
+  constexpr int kClusters = 200, kParticles = 12, kRods = 24;
+  Rows all;
+  std::vector<Rows> each;
+  for (int k = 0; k < kClusters; ++k) {
+    Rows one = random_rows(kParticles, kRods, static_cast<unsigned>(k + 1));
+    if (k == 7) {
+      const std::span<const int> last = one.pattern.of(kRods - 1);
+      const std::vector<int> again(last.begin(), last.end());
+      const auto begin = one.gradient.end() - static_cast<std::ptrdiff_t>(again.size());
+      const std::vector<sim::Vec3> gradient(begin, one.gradient.end());
+      one.pattern.ids.insert(one.pattern.ids.end(), again.begin(), again.end());
+      one.pattern.begin.push_back(static_cast<int>(one.pattern.ids.size()));
+      one.gradient.insert(one.gradient.end(), gradient.begin(), gradient.end());
+    }
+    const auto first = static_cast<int>(all.weights.size());
+    for (int r = 0; r < one.pattern.rows(); ++r) {
+      for (const int i : one.pattern.of(r)) all.pattern.ids.push_back(first + i);
+      all.pattern.begin.push_back(static_cast<int>(all.pattern.ids.size()));
+    }
+    all.gradient.insert(all.gradient.end(), one.gradient.begin(), one.gradient.end());
+    all.weights.insert(all.weights.end(), one.weights.begin(), one.weights.end());
+    each.push_back(std::move(one));
+  }
+  std::vector<double> b;
+  for (int r = 0; r < all.pattern.rows(); ++r) b.push_back(std::sin(r));
+
+  std::vector<double> first;
+  for (const int threads : {1, 2, 3}) {
+    sim::ThreadPool pool(threads);
+    sim::RowMatrix matrix(all.pattern, all.weights);
+    matrix.share(&pool);
+    matrix.factorise(all.gradient, all.weights);
+    CHECK(matrix.fill() > 20'000);  // enough that threads share it
+    std::vector<double> x = b;
+    matrix.solve(x.data());
+    if (threads == 1) first = x;
+    CHECK(x == first);
+  }
+  std::size_t row = 0;
+  for (const Rows& one : each) {
+    const auto rows = static_cast<std::size_t>(one.pattern.rows());
+    std::vector<double> x(b.begin() + static_cast<std::ptrdiff_t>(row),
+                          b.begin() + static_cast<std::ptrdiff_t>(row + rows));
+    sim::RowMatrix matrix(one.pattern, one.weights);
+    matrix.factorise(one.gradient, one.weights);
+    matrix.solve(x.data());
+    // Each in its own order of elimination.
+    for (std::size_t r = 0; r < rows; ++r)
+      CHECK(first[row + r] == Approx(x[r]).epsilon(1e-6).margin(1e-6));
+    row += rows;
+  }
+}

@@ -123,3 +123,68 @@ TEST_CASE("bodies that a joint joins pass through each other, others do not", "[
   const Momentum after = momentum_of(scene.system);
   CHECK((after.linear - before.linear).norm() < 1e-12);
 }
+
+namespace {
+
+// Dolls of a trunk and two legs, each an island of its own on the ground, which they reach by and
+// by.
+std::string dolls(int count) {
+  return "local bodies, joint = {}, sim.constraint.joint {}\n"
+         "local function limb(shape, x, y, z)\n"
+         "  local b = sim.rigid { shape = shape, mass = 1, friction = 0.5, position = {x, y, z} }\n"
+         "  bodies[#bodies + 1] = b\n  return b\nend\n"
+         "for k = 0, " +
+         std::to_string(count - 1) +
+         " do\n"
+         "  local y = 0.02 * k\n"
+         "  local trunk = limb(sim.box { half = {0.2, 0.3, 0.1} }, k, 1.1 + y, 0)\n"
+         "  for _, side in ipairs { -0.15, 0.15 } do\n"
+         "    local leg = limb(sim.capsule { radius = 0.08, length = 0.5 }, k + side, 0.4 + y, 0)\n"
+         "    joint:tie(trunk:at {side, -0.35, -0.02}, leg:at {0, 0.35, -0.02})\n"
+         "    joint:tie(trunk:at {side, -0.35, 0.02}, leg:at {0, 0.35, 0.02})\n"
+         "  end\nend\n"
+         "return sim.scene { bodies = bodies, constraints = { joint }, colliders = { "
+         "sim.collider.plane { friction = 0.5 } }, forces = { sim.force.gravity {} }, integrator = "
+         "'verlet', dt = 0.002, duration = 1 }\n";
+}
+
+}  // namespace
+
+TEST_CASE("a jointed doll moves in company as it does alone", "[rigid]") {
+  TextRun alone(dolls(1), "verlet", 0.002), many(dolls(4), "verlet", 0.002);
+  alone.run_to(0.6);
+  many.run_to(0.6);
+  for (int body = 0; body < 3; ++body) {
+    const RigidState one = alone.system.body_state(body), other = many.system.body_state(body);
+    CHECK((one.center - other.center).norm() < 1e-9);
+    CHECK((one.velocity - other.velocity).norm() < 1e-7);
+  }
+  CHECK(alone.system.body_state(0).center.y() < 1.05);  // it has come down
+  CHECK(drift_of(many.system).position < 1e-12);
+  CHECK(drift_of(many.system).velocity < 1e-12);
+}
+
+TEST_CASE("islands of joints have the same bits on any number of threads", "[rigid]") {
+  std::uint64_t first = 0;
+  for (const int threads : {1, 2, 3}) {
+    TextRun scene(dolls(40), "verlet", 0.002, threads);
+    scene.run_to(0.12);
+    if (threads == 1) first = scene.system.hash();
+    CHECK(scene.system.hash() == first);
+  }
+}
+
+// While plank and box lie on it, a bead of a rope is held and let go, and then its upper end.
+TEST_CASE("pins that come and go change what joints join", "[rigid]") {
+  TextRun scene(plank(0.5, 2), "verlet", 0.002);
+  scene.run_to(0.5);
+  const int bead = 1;  // of the first rope
+  scene.system.set_pinned(bead, true);
+  scene.run_to(0.8);
+  CHECK(drift_of(scene.system).position < 1e-12);
+  scene.system.set_pinned(bead, false);
+  scene.system.set_pinned(0, false);  // the rope's end: the plank hangs by three
+  scene.run_to(1.1);
+  CHECK(drift_of(scene.system).position < 1e-12);
+  CHECK(drift_of(scene.system).velocity < 1e-12);
+}

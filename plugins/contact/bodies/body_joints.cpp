@@ -114,7 +114,7 @@ void BodyJoints::begin(const BodyCollision& body_collision,
   std::copy_n(x_next, end_.size(), end_.data());
   const ParticleView view = particles_->view(t_end, end_.data());
   // Fixed particles and bodies, and then the groups if that or the equations have changed.
-  bool changed = groups_.empty();
+  bool changed = false;
   const auto fix = [&](int particle, bool fixed) {
     std::uint8_t& own = fixed_[static_cast<std::size_t>(particle)];
     changed = changed || own != static_cast<std::uint8_t>(fixed);
