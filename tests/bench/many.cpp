@@ -4,6 +4,7 @@
 #include <iostream>
 #include <map>
 
+#include "core/base/text.h"
 #include "core/lua/scene/scene_file.h"
 #include "core/particles/constraints/constraint_system.h"
 #include "tests/bench/kernel.h"
@@ -81,7 +82,7 @@ Table many_table(const std::vector<ManyResult>& results) {
   for (const ManyResult& r : results)
     table.add({r.scene, std::to_string(r.count), short_number(1e3 * r.h),
                short_number(1e6 * r.seconds), short_number(1e6 * r.seconds / r.count),
-               short_number(r.faster), r.same ? "yes" : "no", short_number(r.constraint)});
+               short_number(r.faster), r.same ? "yes" : "no", sim::brief(r.constraint, 2)});
   if (results.empty()) return table;
   table.note(
       "count: bodies, or rods. The pile from 1 s on, dolls from 0.5 s, ropes for 0.1 s from their "
