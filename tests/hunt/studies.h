@@ -40,6 +40,7 @@ class StudiedScene {
   void check_minimal();
   void check_rest();
   void check_sweep();
+  void claim(bool held, const std::string& words);  // about the study asked last
 
  private:
   // The answer of `sim STUDY SCENE WORDS --json`; empty if it was set aside or refused.
@@ -47,7 +48,6 @@ class StudiedScene {
   std::optional<std::string> answer(const std::string& study,
                                     const std::vector<std::string>& words);
   ClaimTally& tally() { return all_[study_]; }
-  void claim(bool held, const std::string& words);
 
   const Motion* motion(double time);  // of free coordinates; null where it is not known
   SeenCourse run(const sim::RunOptions& options, double time) const;
