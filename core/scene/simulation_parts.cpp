@@ -320,7 +320,13 @@ std::vector<std::pair<std::string, long>> Simulation::families() const {
   std::vector<std::pair<std::string, long>> list;
   if (!impl_->particles) return list;
   for (const auto& force : impl_->particles->forces())
-    for (const auto& family : force->families()) list.push_back(family);
+    for (const auto& [name, count] : force->families()) {
+      const auto same = std::ranges::find(list, name, &std::pair<std::string, long>::first);
+      if (same == list.end())
+        list.emplace_back(name, count);
+      else
+        same->second += count;
+    }
   return list;
 }
 

@@ -157,3 +157,17 @@ TEST_CASE("energy: a cloth without drag keeps it better the higher the order") {
   CHECK(drift[1] > 100 * drift[2]);
   CHECK(drift[2] < 1e-7);
 }
+
+TEST_CASE("springs of several forces with one family are counted together") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_cloth(2);
+  sim::PartSpec first = make_springs("tie", 5), other = make_springs("rod", 6),
+                last = make_springs("tie", 7);
+  first.elements.add({0, 1});
+  other.elements.add({1, 2});
+  last.elements.add({2, 3});
+  last.elements.add({0, 3});
+  spec.forces = {first, other, last};
+  const sim::Simulation system(spec, registry);
+  CHECK(system.families() == std::vector<std::pair<std::string, long>>{{"tie", 3}, {"rod", 1}});
+}
