@@ -169,7 +169,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
                          : simulation.step() ? 0
                                              : std::nan("");
     if (std::isnan(force)) {
-      if (!(stop && stop())) rest.why = "a step towards it fails";
+      rest.why = stop && stop() ? "interrupted" : "a step towards it fails";
       break;
     }
     if (fresh && simulation.settings().broken != state.settings->broken) {

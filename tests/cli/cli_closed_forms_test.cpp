@@ -109,7 +109,7 @@ TEST_CASE("minimal: what each part of a fall through air changes", "[cli]") {
   CHECK(study.at("whole").at("evaluations").number == 4 * 100);
   CHECK(part("-d 0.02").at("evaluations").number == 4 * 50);
   // Measured times decide what is best of the three that belong to it, which for one particle is
-  // chance: twice the step, single precision, a method of fewer evaluations; none of them, if the
+  // chance: a longer step, single precision, a method of fewer evaluations; none of them, if the
   // machine was busy with something else meanwhile.
   const std::string& command = study.at("command").text;
   CHECK(command.starts_with("sim fall.lua "));
@@ -120,7 +120,7 @@ TEST_CASE("minimal: what each part of a fall through air changes", "[cli]") {
   CHECK(smallest.at("evaluations").number <= 4 * 100);
   CHECK(smallest.at("change").number <= 0.01);
   const auto has = [&](const char* word) { return command.find(word) != std::string::npos; };
-  CHECK((has("-d 0.02") || has("--precision single") || has("-i ")));
+  CHECK((has("-d ") || has("--precision single") || has("-i ")));
 }
 
 TEST_CASE("compare: each method with the error of a fall without air", "[cli]") {

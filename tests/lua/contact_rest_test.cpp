@@ -103,6 +103,26 @@ TEST_CASE("a search for rest on contact ends soon and says why", "[rest]") {
   CHECK(stopped.why == "interrupted");
 }
 
+TEST_CASE("a search for rest that is ended within a step says so", "[rest]") {
+  // Jacobians, iterations and contact ask, too.
+  for (const char* const method : {"verlet", "implicit_midpoint"}) {
+    TextRun run(
+        "local particles = sim.particles { mass = 0.1 }\n"
+        "for k = 0, 10 do particles:add {0.1 * k, 0.5, 0} end\nparticles:pin(0)\n"
+        "local spring = sim.force.spring { stiffness = 100 }\n"
+        "for k = 0, 9 do spring:tie(k, k + 1) end\n" +
+            end_of("forces = { sim.force.gravity {}, spring },\n"
+                   "colliders = { sim.collider.plane { friction = 0.5 } }"),
+        method, 2e-3);
+    for (int most = 1; most < 40; ++most) {
+      int asked = 0;
+      const study::Rest rest = study::come_to_rest(run.system, [&] { return ++asked > most; });
+      INFO(method << ", asked " << most << " times");
+      CHECK((rest.found || rest.why == "interrupted"));
+    }
+  }
+}
+
 TEST_CASE("springs that would bear too much at rest break on the way to it", "[rest]") {
   // Two springs side by side bear half the weight each, one of them not so much.
   const auto hanging = [](const std::string& limit) {

@@ -58,9 +58,8 @@ TEST_CASE("a jelly has its springs, all of them in runs") {
   for (const int n : {3, 9}) {
     sim::Simulation jelly(make_jelly(n, false), registry);
     const long m = n - 1;
-    CHECK(jelly.families()[0].second == 3 * n * n * m);
-    CHECK(jelly.families()[1].second == 6 * n * m * m);
-    CHECK(jelly.families()[2].second == 4 * m * m * m);
+    REQUIRE(jelly.families().size() == 1);
+    CHECK(jelly.families()[0].second == 3 * n * n * m + 6 * n * m * m + 4 * m * m * m);
     const sim::ParticleSystem& particles = *sim::study::particles_of(jelly);
     CHECK(particles.nets().empty());
     CHECK(particles.runs().size() == 13);  // one an offset

@@ -10,12 +10,13 @@ namespace sim::study {
 namespace {
 
 constexpr int kSteps = 400;
-constexpr double kSize = 1e-7;     // of the disturbance, of the largest coordinate
-constexpr double kTooLarge = 1e3;  // growth that is enough to know
-constexpr double kMode = 30;       // times the random part, of the fastest mode
-constexpr double kOwn = 1.2;       // times the growth found, which is approached from below
-constexpr int kLonger = 2;         // times as many steps, for a growth that may be a drift
-constexpr double kDrift = 2.1;     // or less: the growth of a drift from half a time to the whole
+constexpr double kSize = 1e-7;         // of the disturbance, of the largest coordinate
+constexpr double kTooLarge = 1e3;      // growth that is enough to know
+constexpr double kMode = 30;           // times the random part, of the fastest mode
+constexpr double kOwn = 1.2;           // times the growth found, which is approached from below
+constexpr int kLongest = 16 * kSteps;  // for a growth that may be a drift
+constexpr double kDrift = 2.1;   // or less: the growth of a drift from half a time to the whole
+constexpr double kSlower = 1.5;  // the power to which a growth rises in twice the time, or less
 
 }  // namespace
 
@@ -67,11 +68,18 @@ double Disturbance::size_of(const Array& x) const {
   return std::sqrt(sum);
 }
 
-// Particles that nothing holds, as on the surface of a fluid, drift away as t, at whatever step.
+// Particles that nothing holds, as on the surface of a fluid, drift away as 1 + c t, at whatever
+// step. From half a time to the whole that grows by at most 2, and in twice the time by little
+// more; e^(c t) grows by the square.
 double Disturbance::operator()(double h) {
-  const auto [growth, ratio] = growth_in(kSteps, h);
-  if (growth <= 1 + tolerance() || ratio > kDrift) return growth;
-  return growth_in(kLonger * kSteps, h).ratio > kDrift ? growth : 1;
+  auto [growth, ratio] = growth_in(kSteps, h);
+  if (growth <= 1 + tolerance()) return growth;
+  for (int steps = 2 * kSteps; ratio <= kDrift && steps <= kLongest; steps *= 2) {
+    const double longer = growth_in(steps, h).ratio;
+    if (longer < elementary::pow(ratio, kSlower)) return 1;
+    ratio = longer;
+  }
+  return growth;
 }
 
 Disturbance::Grown Disturbance::growth_in(int steps, double h) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coulomb_point.h"
+
 namespace sim {
 
 RowPattern JointGroup::nodes_of(std::span<const Member> members, const RowPattern& pattern) {
