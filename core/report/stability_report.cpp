@@ -187,6 +187,12 @@ std::string stability_text(const Stability& result) {
     text += "Energy error: of runs of " + brief(result.energy_time, 4) +
             " s, the largest, of the energy in play.\n"
             "Limits are those of the system made linear at this state.\n";
+  if (std::ranges::any_of(result.methods, [](const MethodStability& each) {
+        return each.method.info.implicit && each.method.info.needs_second_order;
+      }))
+    text +=
+        "The limit of a method that is implicit in stiff forces alone is that of the rest, as\n"
+        "your step divides them; a run with another step divides them anew.\n";
   return text + late_text(result) + hopeless_text(result);
 }
 

@@ -87,6 +87,22 @@ TEST_CASE("imex has the bits of verlet where nothing is stiff") {
   }
 }
 
+TEST_CASE("imex counts the evaluations of verlet where nothing is stiff") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec = make_cloth(4);
+  for (const char* force : {"0.1", "-0.1*vx"}) {
+    INFO(force);
+    spec.forces.push_back(make_part("expression", {{"fx", std::string(force)}}));
+    sim::Simulation own(spec, registry, {.integrator = "imex"});
+    sim::Simulation verlet(spec, registry, {.integrator = "verlet"});
+    REQUIRE(run(own, 10));
+    REQUIRE(run(verlet, 10));
+    const auto counted = own.integrator().effort().evaluations;
+    CHECK(counted == Approx(verlet.integrator().effort().evaluations).margin(1));  // the first
+    CHECK(counted == Approx(force[0] == '-' ? 40 : 10).margin(1));
+  }
+}
+
 TEST_CASE("imex finds the springs of a stiff seam and no others") {
   sim::Registry registry = make_registry();
   const double h = 0.004;

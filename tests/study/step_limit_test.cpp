@@ -109,6 +109,23 @@ TEST_CASE("particles of a fluid that drift off its surface are no fault of a ste
   CHECK(limit < 1.01 * 2 / spectrum.fastest.omega);
 }
 
+TEST_CASE("forces that change with time move what is at rest, and are no fault of a step") {
+  sim::SystemSpec spec = make_row();
+  spec.forces.push_back(make_part(
+      "expression", {{"fx", std::string("1e-3*t")}, {"fy", std::string("1e-3*sin(3*t)")}}));
+  sim::Registry registry = make_registry();
+  const sim::study::Problem problem{&spec, &registry};
+  sim::Simulation system = problem.simulation();
+  const sim::study::Spectrum spectrum = sim::study::spectrum(system);
+  sim::study::Standstill place(problem, system);
+  const double omega = spectrum.fastest.omega;
+  for (const auto& [method, limit] : {std::pair{"verlet", 2.0}, {"rk4", std::sqrt(8.0)}}) {
+    INFO(method);
+    CHECK(sim::study::measured_step(place, spectrum, {method}).value() ==
+          Approx(limit / omega).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("splittings take drag of single particles by the midpoint rule") {
   sim::SystemSpec spec = make_row();
   spec.particles->list[3].mass = 1e-3;

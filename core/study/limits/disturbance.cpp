@@ -15,6 +15,7 @@ constexpr double kTooLarge = 1e3;      // growth that is enough to know
 constexpr double kMode = 30;           // times the random part, of the fastest mode
 constexpr double kOwn = 1.2;           // times the growth found, which is approached from below
 constexpr int kLongest = 16 * kSteps;  // for a growth that may be a drift
+constexpr double kLater = 8.3;         // steps, until forces of time have changed
 constexpr double kDrift = 2.1;   // or less: the growth of a drift from half a time to the whole
 constexpr double kSlower = 1.5;  // the power to which a growth rises in twice the time, or less
 
@@ -22,15 +23,13 @@ constexpr double kSlower = 1.5;  // the power to which a growth rises in twice t
 
 Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const MethodChoice& method)
     : place_(&place),
+      method_(method),
       weights_(spectrum.weights),
-      integrator_(place.problem().with(method).make_integrator()),
       start_(place.state().size()),
-      x_(start_.size()),
-      next_(start_.size()) {
+      disturbed_(course()) {
   own_ = spectrum.growth;
   for (const Vibration& each : spectrum.rates) own_ = std::max(own_, -0.5 * each.damping);
   own_ *= kOwn;
-  integrator_->prepare(place.system().ode());
   const StateShape& shape = place.system().shape();
   const StatePart& position = *shape.find("position");
   const StatePart& velocity = *shape.find("velocity");
@@ -46,25 +45,51 @@ Disturbance::Disturbance(Standstill& place, const Spectrum& spectrum, const Meth
       if (weights_[at] > 0) start_[at] += size * (noise.next() + kMode * spectrum.shape[at]);
       weights_[velocity.at(i, axis)] /= rate * rate;
     }
+  if (forces_change()) undisturbed_ = course();
   // A method of several steps shows its memory after a few of them. Its fastest mode is found in
   // this way alone: the mode stands out, so that little growth shows.
   const double h = 1e-3 / rate;
-  integrator_->restart(place.t(), h, start_.data());
-  std::ranges::copy(start_.span(), x_.data());
-  for (int i = 0; i < 3; ++i) {
-    if (integrator_->step(place.system().ode(), place.t() + i * h, h, x_.data(), next_.data()) !=
-        StepStatus::kDone)
-      return;
-    std::swap(x_, next_);
-  }
-  keeps_steps_ = !integrator_->memory().empty();
+  begin(disturbed_, start_.span(), h);
+  for (int i = 0; i < 3; ++i)
+    if (!step(disturbed_, i, h)) return;
+  keeps_steps_ = !disturbed_.integrator->memory().empty();
 }
 
-double Disturbance::size_of(const Array& x) const {
+Disturbance::Course Disturbance::course() const {
+  Course made{place_->problem().with(method_).make_integrator(), Array(start_.size()),
+              Array(start_.size())};
+  made.integrator->prepare(place_->system().ode());
+  return made;
+}
+
+void Disturbance::begin(Course& course, std::span<const double> x, double h) const {
+  course.integrator->restart(place_->t(), h, x.data());
+  std::ranges::copy(x, course.x.data());
+}
+
+bool Disturbance::step(Course& course, int step, double h) const {
+  OdeSystem& ode = place_->system().ode();
+  const double t = place_->t() + step * h;
+  if (course.integrator->step(ode, t, h, course.x.data(), course.next.data()) != StepStatus::kDone)
+    return false;
+  std::swap(course.x, course.next);
+  return true;
+}
+
+// The loads that hold the system are those of its time; what changes with time alone moves it.
+bool Disturbance::forces_change() const {
+  OdeSystem& ode = place_->system().ode();
+  const double* const rest = place_->state().data();
+  Array point(start_.size()), now(start_.size()), later(start_.size());
+  ode.eval(place_->t(), {rest, {}}, point.data(), now.data());
+  ode.eval(place_->t() + kLater * place_->system().h(), {rest, {}}, point.data(), later.data());
+  return !std::ranges::equal(now.span(), later.span());
+}
+
+double Disturbance::size_of(std::span<const double> x, std::span<const double> from) const {
   double sum = 0;
-  const std::span<const double> rest = place_->state();
   for (std::size_t i = 0; i < weights_.size(); ++i)
-    if (weights_[i] > 0) sum += weights_[i] * (x[i] - rest[i]) * (x[i] - rest[i]);
+    if (weights_[i] > 0) sum += weights_[i] * (x[i] - from[i]) * (x[i] - from[i]);
   return std::sqrt(sum);
 }
 
@@ -83,23 +108,21 @@ double Disturbance::operator()(double h) {
 }
 
 Disturbance::Grown Disturbance::growth_in(int steps, double h) {
-  integrator_->restart(place_->t(), h, start_.data());
-  std::ranges::copy(start_.span(), x_.data());
-  const double first = size_of(x_);
+  constexpr Grown kFails{HUGE_VAL, HUGE_VAL};
+  begin(disturbed_, start_.span(), h);
+  if (undisturbed_) begin(*undisturbed_, place_->state(), h);
+  const double first = size_of(start_.span(), place_->state());
   double early = 0, late = 0;
-  for (int step = 1; step <= steps; ++step) {
-    if (place_->system().ode().stopped()) return {HUGE_VAL, HUGE_VAL};
-    const double t = place_->t() + (step - 1) * h;
-    if (integrator_->step(place_->system().ode(), t, h, x_.data(), next_.data()) !=
-        StepStatus::kDone)
-      return {HUGE_VAL, HUGE_VAL};
-    std::swap(x_, next_);
-    const double size = size_of(x_);
-    if (!std::isfinite(size)) return {HUGE_VAL, HUGE_VAL};
+  for (int i = 1; i <= steps; ++i) {
+    if (place_->system().ode().stopped() || !step(disturbed_, i - 1, h)) return kFails;
+    if (undisturbed_ && !step(*undisturbed_, i - 1, h)) return kFails;
+    const double size =
+        size_of(disturbed_.x.span(), undisturbed_ ? undisturbed_->x.span() : place_->state());
+    if (!std::isfinite(size)) return kFails;
     if (size > kTooLarge * first)
-      return {elementary::pow(size / first, 1.0 / step) / elementary::exp(own_ * h), HUGE_VAL};
-    if (step > steps / 4 && step <= steps / 2) early = std::max(early, size);
-    if (step > steps * 3 / 4) late = std::max(late, size);
+      return {elementary::pow(size / first, 1.0 / i) / elementary::exp(own_ * h), HUGE_VAL};
+    if (i > steps / 4 && i <= steps / 2) early = std::max(early, size);
+    if (i > steps * 3 / 4) late = std::max(late, size);
   }
   if (early == 0) return {1, 1};
   const double ratio = late / early;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/base/array.h"
@@ -32,14 +34,25 @@ class Disturbance {
   struct Grown {
     double growth, ratio;  // in one step; of the last quarter to the second
   };
+  struct Course {
+    std::unique_ptr<Integrator> integrator;
+    Array x, next;
+  };
+  Course course() const;
+  void begin(Course& course, std::span<const double> x, double h) const;
+  bool step(Course& course, int step, double h) const;  // false if it fails
+
   Grown growth_in(int steps, double h);
-  double size_of(const Array& x) const;
+  bool forces_change() const;
+  double size_of(std::span<const double> x, std::span<const double> from) const;
 
   Standstill* place_;
+  MethodChoice method_;
   std::vector<double> weights_;  // of each number of X, the energy of its disturbance
   double own_ = 0;               // 1/s, the largest growth of the system itself
-  std::unique_ptr<Integrator> integrator_;
-  Array start_, x_, next_;
+  Array start_;
+  Course disturbed_;
+  std::optional<Course> undisturbed_;  // where forces of time move what is at rest
   bool keeps_steps_ = false;
 };
 
