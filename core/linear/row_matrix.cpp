@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
 #include "core/base/assert.h"
+#include "core/base/disjoint_sets.h"
 #include "core/linear/sparse.h"
 
 namespace sim {
@@ -54,23 +54,13 @@ Graph renumbered(const Graph& columns, const std::vector<int>& place) {
 
 // The component of each row, numbered in the order of their first rows.
 std::vector<int> components_of(const Graph& columns) {
-  std::vector<int> parent(columns.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root_of = [&](int at) {
-    while (parent[static_cast<std::size_t>(at)] != at)
-      at = parent[static_cast<std::size_t>(at)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(at)])];
-    return at;
-  };
+  DisjointSets joined(columns.size());
   for (std::size_t k = 0; k < columns.size(); ++k)
-    for (const int i : columns[k]) {
-      const auto [low, high] = std::minmax({root_of(static_cast<int>(k)), root_of(i)});
-      parent[static_cast<std::size_t>(high)] = low;
-    }
+    for (const int i : columns[k]) joined.join(static_cast<int>(k), i);
   int count = 0;
   std::vector<int> component(columns.size());
   for (std::size_t k = 0; k < columns.size(); ++k) {
-    const auto root = static_cast<std::size_t>(root_of(static_cast<int>(k)));
+    const auto root = slot(joined.root(static_cast<int>(k)));
     component[k] = root == k ? count++ : component[root];
   }
   return component;

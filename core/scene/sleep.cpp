@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/base/disjoint_sets.h"
 #include "core/base/text.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/particles/force.h"
@@ -21,31 +22,8 @@ constexpr double kAwake = -1;  // in place of the time since when an island rest
   throw Error(ErrorKind::kScene, {"sleep does not fit", place, why, remedy});
 }
 
-class Joined {
- public:
-  explicit Joined(int n) : parent_(static_cast<std::size_t>(n)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int root(int i) {
-    while (parent(i) != i) i = parent(i) = parent(parent(i));
-    return i;
-  }
-  // The lower number stays the root.
-  void join(int a, int b) {
-    const auto [low, high] = std::minmax({root(a), root(b)});
-    parent(high) = low;
-  }
-  void join(std::span<const int> ids) {
-    for (const int id : ids) join(ids.front(), id);
-  }
-
- private:
-  int& parent(int i) { return parent_[static_cast<std::size_t>(i)]; }
-  std::vector<int> parent_;
-};
-
 // Elements name points of bodies, too, as numbers beyond those of particles.
-void join_elements(const PartSpec& part, const SystemSpec& spec, Joined& joined) {
+void join_elements(const PartSpec& part, const SystemSpec& spec, DisjointSets& joined) {
   const int n = spec.particles->count();
   const auto particle = [&](int id) {
     if (id < n) return id;
@@ -60,7 +38,7 @@ void join_elements(const PartSpec& part, const SystemSpec& spec, Joined& joined)
 // A force without elements acts on each particle by itself, or on surfaces, each of which is then
 // one island.
 void join_force(const PartSpec& part, const PluginInfo& plugin, const SystemSpec& spec,
-                Joined& joined) {
+                DisjointSets& joined) {
   join_elements(part, spec, joined);
   bool on_surface = false;
   for (const auto& [name, value] : part.given)
@@ -75,7 +53,7 @@ void join_force(const PartSpec& part, const PluginInfo& plugin, const SystemSpec
 }
 
 void join_constraint(const PartSpec& part, const PluginInfo& plugin, const SystemSpec& spec,
-                     Joined& joined) {
+                     DisjointSets& joined) {
   if (part.elements.empty())
     refuse_sleep(part.place, plugin.title() + " has no elements of its own", "leave sleep out");
   join_elements(part, spec, joined);
@@ -116,7 +94,7 @@ Sleep::Sleep(const SystemSpec& spec, Registry& registry, Threads threads, Partic
         refuse_sleep(spec.place, "this scene has rods that may break",
                      "leave sleep out, or break_force");
   const int n = spec.particles->count();
-  Joined joined(n);
+  DisjointSets joined(static_cast<std::size_t>(n));
   for (const PartSpec& part : spec.forces)
     join_force(part, registry.get<Force>(part.plugin, part.place), spec, joined);
   for (const PartSpec& part : spec.constraints)
@@ -348,7 +326,7 @@ std::vector<std::uint8_t> Sleep::ready(double t, const ParticleView& view) {
   std::vector<std::size_t> order(awake.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t k) { return boxes[k].low.x(); });
-  Joined joined(static_cast<int>(awake.size()));
+  DisjointSets joined(awake.size());
   for (std::size_t a = 0; a < order.size(); ++a)
     for (std::size_t b = a + 1; b < order.size(); ++b) {
       if (boxes[order[b]].low.x() > boxes[order[a]].high.x() + 2 * reach_) break;

@@ -1,8 +1,8 @@
 #include "body_joints.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "core/base/disjoint_sets.h"
 #include "core/math/axes.h"
 #include "core/particles/rigid/rigid_rows.h"
 
@@ -21,20 +21,12 @@ BodyJoints::BodyJoints(Particles& particles, ConstraintSystem& constraint_system
 // Groups are in the order of their first equations, and in each the equations in their order.
 void BodyJoints::find_groups() {
   const RowList& list = constraint_system_->constraints().rows();
-  const auto all = static_cast<int>(body_of_.size());
   // A body counts as its first particle.
   const auto item = [&](int particle) {
     const int body = body_of_[static_cast<std::size_t>(particle)];
     return body < 0 ? particle : body_collision_->body(body).first();
   };
-  std::vector<int> parent(static_cast<std::size_t>(all));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root_of = [&](int at) {
-    while (parent[static_cast<std::size_t>(at)] != at)
-      at = parent[static_cast<std::size_t>(at)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(at)])];
-    return at;
-  };
+  DisjointSets joined(body_of_.size());
   const auto each_row = [&](const auto& visit) {
     for (std::size_t p = 0; p < list.parts.size(); ++p) {
       if (dynamic_cast<const RigidRows*>(list.parts[p].constraint)) continue;
@@ -48,10 +40,7 @@ void BodyJoints::find_groups() {
       }
     }
   };
-  each_row([&](int, int first, int other) {
-    const auto [low, high] = std::minmax({root_of(first), root_of(other)});
-    parent[static_cast<std::size_t>(high)] = low;
-  });
+  each_row([&](int, int first, int other) { joined.join(first, other); });
 
   struct Draft {
     std::vector<JointGroup::Member> members = {};
@@ -59,13 +48,13 @@ void BodyJoints::find_groups() {
     std::vector<int> rows = {};
   };
   std::vector<Draft> drafts;
-  std::vector<int> draft_of(parent.size(), -1), member_of(parent.size(), -1);
+  std::vector<int> draft_of(joined.size(), -1), member_of(joined.size(), -1);
   term_of_entry_.assign(list.pattern.ids.size(), -1);
   int last = -1;
   each_row([&](int r, int first, int) {
     if (r == last) return;
     last = r;
-    int& number = draft_of[static_cast<std::size_t>(root_of(first))];
+    int& number = draft_of[slot(joined.root(first))];
     if (number < 0) {
       number = static_cast<int>(drafts.size());
       drafts.emplace_back();

@@ -18,20 +18,6 @@ constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-int RestingSolver::root_of(int body) {
-  auto at = static_cast<std::size_t>(body);
-  while (parent_[at] != static_cast<int>(at)) {
-    parent_[at] = parent_[static_cast<std::size_t>(parent_[at])];
-    at = static_cast<std::size_t>(parent_[at]);
-  }
-  return static_cast<int>(at);
-}
-
-void RestingSolver::join(int body, int other) {
-  const auto [low, high] = std::minmax({root_of(body), root_of(other)});
-  parent_[static_cast<std::size_t>(high)] = low;
-}
-
 void RestingSolver::project(Bodies bodies, const Island& island) {
   for (const std::size_t group : island.groups) joints_->project(bodies, group, false);
 }
@@ -41,20 +27,18 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
   const auto moves = [&](int body) {
     return body >= 0 && bodies[static_cast<std::size_t>(body)].inverse_mass > 0;
   };
-  parent_.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) parent_[i] = static_cast<int>(i);
+  joined_.separate(bodies.size());
   for (const ContactPoint& contact : contacts)
     if (contact.active && moves(contact.first) && moves(contact.second))
-      join(contact.first, contact.second);
+      joined_.join(contact.first, contact.second);
   const std::size_t groups = joints_ ? joints_->groups() : 0;
-  for (std::size_t group = 0; group < groups; ++group)
-    for (const int body : joints_->bodies_of(group)) join(joints_->bodies_of(group)[0], body);
+  for (std::size_t group = 0; group < groups; ++group) joined_.join(joints_->bodies_of(group));
 
   island_of_.assign(bodies.size(), -1);
   count_ = 0;
   const auto island_of = [&](const ContactPoint& contact) -> int& {
     const int body = moves(contact.first) ? contact.first : std::max(0, contact.second);
-    return island_of_[static_cast<std::size_t>(root_of(body))];
+    return island_of_[slot(joined_.root(body))];
   };
   for (const ContactPoint& contact : contacts) {
     if (!contact.active) continue;
@@ -82,11 +66,11 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
     }
   for (std::size_t i = 0; i < bodies.size(); ++i)
     if (moves(static_cast<int>(i)))
-      if (const int k = island_of_[static_cast<std::size_t>(root_of(static_cast<int>(i)))]; k >= 0)
+      if (const int k = island_of_[slot(joined_.root(static_cast<int>(i)))]; k >= 0)
         islands_[static_cast<std::size_t>(k)].bodies.push_back(static_cast<int>(i));
   for (std::size_t group = 0; group < groups; ++group)
     if (const auto of = joints_->bodies_of(group); !of.empty())
-      if (const int k = island_of_[static_cast<std::size_t>(root_of(of[0]))]; k >= 0)
+      if (const int k = island_of_[slot(joined_.root(of[0]))]; k >= 0)
         islands_[static_cast<std::size_t>(k)].groups.push_back(group);
 }
 

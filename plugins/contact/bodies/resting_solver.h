@@ -7,6 +7,7 @@
 
 #include "contact_row.h"
 #include "contact_solver.h"
+#include "core/base/disjoint_sets.h"
 #include "core/base/thread_pool.h"
 #include "proximal_newton.h"
 
@@ -44,9 +45,7 @@ class RestingSolver {
   using Bodies = std::span<SolverBody>;
 
   void find_islands(Bodies bodies, std::span<const ContactPoint> contacts);
-  void join(int body, int other);
   void project(Bodies bodies, const Island& island);
-  int root_of(int body);
   double solve_island(Bodies bodies, const Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
@@ -57,7 +56,8 @@ class RestingSolver {
   std::vector<double> unknowns_, images_, history_;  // of the mixing, of each row
   std::vector<Island> islands_;
   std::size_t count_ = 0;  // of the islands in use
-  std::vector<int> parent_, island_of_;
+  DisjointSets joined_;
+  std::vector<int> island_of_;
   std::vector<double> residuals_;        // of each island
   std::vector<ProximalNewton> newtons_;  // of each thread
 };

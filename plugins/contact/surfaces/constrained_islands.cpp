@@ -21,9 +21,9 @@ ConstrainedIslands::ConstrainedIslands(Particles& particles, ConstraintSystem& c
       constraint_system_(&constraint_system),
       start_(constraint_system.internal_begin() + constraint_system.internal_size()),
       end_(start_.size()),
-      parent_(slot(particles.layout().n())),
-      sums_(parent_.size()),
-      goal_(parent_.size()),
+      joined_(slot(particles.layout().n())),
+      sums_(joined_.size()),
+      goal_(joined_.size()),
       rows_(constraint_system.constraints().rows()) {}
 
 void ConstrainedIslands::begin(double t, double h, const double* x, const double* x_next) {
@@ -81,16 +81,10 @@ bool ConstrainedIslands::project_velocities(std::span<const Vec3> from,
   return true;
 }
 
-int ConstrainedIslands::root(int i) {
-  while (parent_[slot(i)] != i) i = parent_[slot(i)] = parent_[slot(parent_[slot(i)])];
-  return i;
-}
-
 void ConstrainedIslands::unite(int a, int b) {
-  a = root(a), b = root(b);
-  if (a == b) return;
-  const int low = std::min(a, b), high = std::max(a, b);
-  parent_[slot(high)] = low;
+  const auto [low, high] = std::minmax({root(a), root(b)});
+  if (low == high) return;
+  joined_.join(low, high);
   Sum &to = sums_[slot(low)], &of = sums_[slot(high)];
   to.share = std::min(to.share, of.share);
   to.slowed = std::max(to.slowed, of.slowed);
@@ -103,10 +97,8 @@ void ConstrainedIslands::find_islands() {
   if (found_) return;
   found_ = true;
   const std::span<const double> weights = constraint_system_->constraints().weights();
-  for (std::size_t i = 0; i < parent_.size(); ++i) {
-    parent_[i] = static_cast<int>(i);
-    sums_[i] = {};
-  }
+  joined_.separate(joined_.size());
+  std::ranges::fill(sums_, Sum{});
   // A row fixes an island in space unless it allows a common translation; so does a pin.
   const RowPattern& pattern = constraint_system_->constraints().rows().pattern;
   rows_.evaluate(particles_->view(t_, start_.data()),

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/array.h"
+#include "core/base/disjoint_sets.h"
 #include "core/base/slot.h"
 #include "core/particles/constraints/constraint_system.h"
 
@@ -63,7 +64,7 @@ class ConstrainedIslands {
     bool shorter = false, met = false, bound = false, marked = false;
   };
 
-  int root(int i);
+  int root(int i) { return joined_.root(i); }
   void unite(int a, int b);
   void find_islands();
   bool slow_met();
@@ -77,7 +78,7 @@ class ConstrainedIslands {
   Array start_, end_;                     // states
   bool near_ = false;                     // factors are of a state near the end
   bool found_ = false, sharing_ = false;  // the islands; some are slowed
-  std::vector<int> parent_;
+  DisjointSets joined_;
   std::vector<Sum> sums_;
   std::vector<Vec3> goal_;
   RowValues rows_;

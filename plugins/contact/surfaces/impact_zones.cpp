@@ -12,7 +12,8 @@ constexpr int kHalvings = 6;        // before a zone moves rigidly
 }  // namespace
 
 void ImpactZones::begin(std::span<const Vec3> displacements) {
-  parent_.assign(displacements.size(), -1);
+  joined_.separate(displacements.size());
+  in_zone_.assign(displacements.size(), false);
   sums_.resize(displacements.size());
   displacements_.assign(displacements.begin(), displacements.end());
   members_.clear();
@@ -20,17 +21,12 @@ void ImpactZones::begin(std::span<const Vec3> displacements) {
   culprit_ = -1;
 }
 
-int ImpactZones::root(int i) {
-  while (parent_[slot(i)] != i) i = parent_[slot(i)] = parent_[slot(parent_[slot(i)])];
-  return i;
-}
-
 void ImpactZones::join(const std::array<int, 4>& ids, double s) {
   bool known = true;
   for (const int id : ids) {
-    known = known && parent_[slot(id)] >= 0 && root(id) == root(ids[0]);
-    if (parent_[slot(id)] >= 0) continue;
-    parent_[slot(id)] = id;
+    known = known && in_zone_[slot(id)] && root(id) == root(ids[0]);
+    if (in_zone_[slot(id)]) continue;
+    in_zone_[slot(id)] = true;
     sums_[slot(id)] = {};
     members_.push_back(id);
   }
@@ -40,9 +36,8 @@ void ImpactZones::join(const std::array<int, 4>& ids, double s) {
   }
   met_.push_back({ids[0], s});
   for (const int id : ids) {
-    const int a = root(ids[0]), b = root(id);
-    const int low = std::min(a, b), high = std::max(a, b);
-    parent_[slot(high)] = low;
+    const auto [low, high] = std::minmax({root(ids[0]), root(id)});
+    joined_.join(low, high);
     sums_[slot(low)].slowed = std::max(sums_[slot(low)].slowed, sums_[slot(high)].slowed);
   }
 }

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/disjoint_sets.h"
 #include "core/base/slot.h"
 #include "core/math/vec3.h"
 #include "kinematic_fit.h"
@@ -44,14 +45,15 @@ class ImpactZones {
     int motion = -1;  // in motions_, if kinematic particles have several
   };
 
-  int root(int i);
+  int root(int i) { return joined_.root(i); }
   void add_up(std::span<const double> inverse_mass, std::span<const Vec3> places,
               std::span<const Vec3> of);
   Vec3 kinematic_motion(const Sum& sum, const Vec3& place) const {
     return sum.motion < 0 ? sum.kinematic_motion : motions_[slot(sum.motion)].at(place);
   }
 
-  std::vector<int> parent_;  // -1: in no zone
+  DisjointSets joined_;
+  std::vector<bool> in_zone_;
   std::vector<int> members_;
   std::vector<Sum> sums_;  // of roots
   std::vector<KinematicFit> motions_;
