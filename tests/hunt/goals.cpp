@@ -63,6 +63,8 @@ Cheapest cheapest_of(const WorkPrecision& study, double allowed) {
   return best;
 }
 
+bool missed(const GoalCase& each) { return each.kept && each.missed > 1.5; }
+
 std::string short_number(double value) { return std::isnan(value) ? "-" : sim::brief(value, 2); }
 
 void print(const GoalCase& each) {
@@ -219,8 +221,10 @@ int hunt_goals(std::span<char* const> words) {
           sim::SystemSpec spec = scene.spec;
           spec.integrator = scene.options.integrator;
           spec.dt = scene.options.dt;
-          take(try_goals(name, spec, spec.dt * static_cast<double>(scene.steps), shares, tradeoff,
-                         registry));
+          const std::vector<GoalCase> cases = try_goals(
+              name, spec, spec.dt * static_cast<double>(scene.steps), shares, tradeoff, registry);
+          if (std::ranges::any_of(cases, missed)) std::cout << "  " << scene.words << '\n';
+          take(cases);
         } else {
           const auto file =
               std::filesystem::temp_directory_path() / ("contact_" + std::to_string(seed) + ".lua");
@@ -233,18 +237,18 @@ int hunt_goals(std::span<char* const> words) {
       try_file(std::filesystem::path(word).stem().string(), word);
     }
   }
-  int kept = 0, known = 0, missed = 0, dear = 0, priced = 0;
+  int kept = 0, known = 0, missed_ones = 0, dear = 0, priced = 0;
   for (const GoalCase& each : all) {
     kept += each.kept;
     known += each.kept && !std::isnan(each.missed);
-    missed += each.kept && each.missed > 1.5;
+    missed_ones += missed(each);
     priced += each.kept && !std::isnan(each.cost);
     dear += each.kept && each.cost > 2;
   }
   std::cout << all.size() << " errors asked for, " << kept << " kept; of " << known
-            << " that a reference judges " << missed << " missed by more than 1.5 times; of "
+            << " that a reference judges " << missed_ones << " missed by more than 1.5 times; of "
             << priced << " that a tradeoff prices " << dear << " cost more than 2 times\n";
-  return missed == 0 ? 0 : 1;
+  return missed_ones == 0 ? 0 : 1;
 }
 
 }  // namespace sim_test

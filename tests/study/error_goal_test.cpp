@@ -186,6 +186,49 @@ TEST_CASE("where motions part it is said until when an error is kept", "[study][
   CHECK(choice.horizon < 50);
 }
 
+// Methods with long steps go past a pulse of 0.057 s, and their refined runs do, too.
+TEST_CASE("methods that see what others step over are believed", "[study][goal]") {
+  sim::SystemSpec spec = make_chaos();
+  const double width = 0.057, at = 3.092;
+  spec.first_order = sim::FirstOrderSpec{
+      1,
+      {0.1, 0},
+      make_part(
+          "lua",
+          {{"f", sim::OdeFunction([=](double t, std::span<const double> x, std::span<double> d) {
+              const double s = (t - at) / width;
+              d[0] = x[1];
+              d[1] = -x[0] + (s > 0 && s < 1 ? 30 / width * s * s * (1 - s) * (1 - s) : 0);
+            })}})};
+  spec.dt = 0.429;
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-2, false}, .time = 6});
+  REQUIRE(choice.method);
+  INFO(choice.method->label << ' ' << choice.tolerance << ' ' << choice.dt);
+  const auto exact = path_of(spec, {"rk4"}, 1e-4, 6);
+  const auto own = path_of(spec, choice.integrator(), choice.dt, 6);
+  CHECK((!choice.kept || largest_rms(own, exact) < 1.5 * choice.allowed));
+  CHECK((choice.kept || choice.horizon <= at + width));
+}
+
+TEST_CASE("trials know the coarsest run that kept an error", "[study][goal]") {
+  const sim::SystemSpec spec = make_circle();
+  sim::Registry registry = make_registry();
+  const sim::study::Problem problem{&spec, &registry};
+  const auto method = sim::study::fitting_methods(problem, {{"rk4"}}).front();
+  sim::study::MethodTrials trials(problem, method, 1, 24, 0, false, false);
+  CHECK(trials.kept_at(1) == HUGE_VAL);
+  REQUIRE(trials.refine([] { return true; }));
+  CHECK(trials.kept_at(1) == HUGE_VAL);
+  REQUIRE(trials.refine([] { return true; }));
+  CHECK(trials.fineness() == 48);
+  CHECK(trials.kept_at(4 * trials.error()) == 48);  // 16 times that before
+  CHECK(trials.kept_at(40 * trials.error()) == 24);
+  CHECK(trials.kept_at(0.5 * trials.error()) == HUGE_VAL);
+  trials.doubt(1);
+  CHECK(trials.kept_at(0.5) == HUGE_VAL);
+  CHECK(trials.own_error() < 0.5);
+}
+
 TEST_CASE("a choice that is told to end says so", "[study][goal]") {
   const sim::SystemSpec spec = make_cloth(4);
   sim::Registry registry = make_registry();

@@ -2,10 +2,12 @@
 #include "core/study/run/verification.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <thread>
 
 #include "core/study/run/follow.h"
 #include "tests/lua/scene_text.h"
+#include "tests/study/judged_run.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -63,6 +65,35 @@ TEST_CASE("a long run is verified behind it for no longer than is allowed") {
   Verified always;
   CHECK(always.behind({.wish = Verify::kAlways, .seconds = 1e-9}, 60).trust == Trust::kTrusted);
   CHECK(always.told == 1);
+}
+
+TEST_CASE("a pulse is looked for also where positions were verified before") {
+  const sim::SystemSpec spec =
+      make_field({0.1, 0}, [](double t, std::span<const double> x, std::span<double> d) {
+        d[0] = x[1];
+        d[1] = -x[0] + (t > 3.1 && t < 3.11 ? 100 : 0);
+      });
+  for (const double dt : {0.02, 1e-4}) {
+    INFO(dt);
+    sim::Registry registry = make_registry();
+    sim::Simulation system(spec, registry, {.integrator = "rk4", .dt = dt});
+    std::vector<Track> tracks;
+    tracks.emplace_back(spec, system, std::llround(6 / dt), Track::kNever, Track::kNever,
+                        &registry);
+    sim::study::RunDeviation known;
+    known.outcome = sim::study::RunDeviation::Outcome::kCompared;
+    known.error = known.at_end = known.share = 1e-6;
+    tracks[0].verified_by(std::move(known));
+    CHECK_FALSE(verify_beside({}, tracks, 1, go_on));
+    follow(tracks[0], go_on);
+    int told = 0;
+    sim::study::verify({}, tracks, 60, go_on, [&](double, double) { ++told; });
+    CHECK(told == 0);
+    const auto verdict = tracks[0].verdict();
+    INFO(verdict.reason);
+    CHECK(verdict.trust == (dt > 0.01 ? Trust::kSuspect : Trust::kTrusted));
+    CHECK(says(verdict, "has a pulse near t = 3.1") == (dt > 0.01));
+  }
 }
 
 TEST_CASE("a refined run takes a core that the run leaves alone") {

@@ -70,8 +70,12 @@ class Chooser {
   void race();
   MethodTrials* cheapest();
   MethodTrials* check_for(const MethodTrials& chosen);
+  double apart(const MethodTrials& a, const MethodTrials& b) const {
+    return error_course(problem_, a.finest(), b.finest()).most;
+  }
   bool agrees(MethodTrials& chosen, MethodTrials& check);
   MethodTrials* choose_checked();
+  double kept_until(const ErrorCourse& course, double allowed) const;
   void run_whole(MethodTrials& chosen, int most_mendings);
   double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
   MethodTrials* longest_kept();
@@ -253,7 +257,7 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
 // If two families differ by more than their error estimates, neither is believed until both are
 // refined.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
-  const double off = error_course(problem_, chosen.finest(), check.finest()).most;
+  const double off = apart(chosen, check);
   if (off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window())
     return true;
   chosen.doubt(std::max(0.0, off - check.error()));
@@ -269,8 +273,10 @@ MethodTrials* Chooser::choose_checked() {
     MethodTrials* check = check_for(*chosen);
     if (!check) break;
     const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
-    while (check->error() > in_window() && check->can_refine() && check->next_cost() <= most &&
-           affordable(check->next_cost()))
+    // A check that is off by more than the error allowed tells nothing of a cheap run that steps
+    // over what happens; it may cost more where the two differ by as much.
+    while (check->error() > in_window() && check->can_refine() && affordable(check->next_cost()) &&
+           (check->next_cost() <= most || apart(*chosen, *check) > in_window()))
       if (!refine(*check)) return nullptr;
     if (agrees(*chosen, *check)) break;
     for (MethodTrials* each : {chosen, check})
@@ -297,6 +303,15 @@ double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& ru
   return HUGE_VAL;
 }
 
+// Until the last moment before the error is beyond the one allowed, s; infinite if it never is.
+double Chooser::kept_until(const ErrorCourse& course, double allowed) const {
+  const auto missed =
+      std::ranges::find_if(course.rms, [&](double error) { return !(error <= allowed); });
+  if (missed == course.rms.end()) return HUGE_VAL;
+  const auto before = std::max<std::ptrdiff_t>(0, missed - course.rms.begin() - 1);
+  return result_.time * static_cast<double>(before) / static_cast<double>(course.rms.size() - 1);
+}
+
 // The run and its refined run; repeated with smaller steps if it misses the goal.
 void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   const Candidate& method = chosen.method();
@@ -304,7 +319,8 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
   double fineness = chosen.predict(kAim * in_window()).fineness;
   if (fineness == 0) fineness = chosen.fineness();
-  if (!refinement.by_tolerance()) fineness *= result_.time / result_.window;
+  const double longer = refinement.by_tolerance() ? 1 : result_.time / result_.window;
+  fineness *= longer;
   double exponent = chosen.exponent(), best = -1;
   double previous = 0, previous_error = 0;
   for (int attempt = 0;; ++attempt) {
@@ -318,14 +334,20 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
                                   watch(", the refined run", 0.7));
     if (told_) return;
     const double falls = elementary::pow(refinement.factor(), -exponent);
-    ErrorCourse course = error_course(problem_, run, fine);
-    double horizon = HUGE_VAL;
-    for (double& each : course.rms) each /= 1 - falls;
-    for (std::size_t k = course.rms.size(); k-- > 0;)
-      if (!(course.rms[k] <= result_.allowed))
-        horizon = result_.time * static_cast<double>(k == 0 ? 0 : k - 1) /
-                  static_cast<double>(course.rms.size() - 1);
-    const double error = course.most / (1 - falls);
+    const ErrorCourse course = error_course(problem_, run, fine);
+    double horizon = kept_until(course, result_.allowed * (1 - falls));
+    double error = course.most / (1 - falls);
+    // Both runs may step over the same event; trials of other methods that know better say so.
+    for (const MethodTrials& other : trials_) {
+      const bool knows = &other != &chosen && result_.window == result_.time &&
+                         other.own_error() <= result_.allowed;
+      if (!knows) continue;
+      const ErrorCourse against = error_course(problem_, run, other.finest());
+      const double most = kFamiliesAgree * (result_.allowed + other.own_error());
+      if (against.most <= most) continue;
+      error = std::max(error, against.most);
+      horizon = std::min(horizon, kept_until(against, most));
+    }
     if (horizon > best) {
       best = horizon;
       result_.method = method;
@@ -354,7 +376,10 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     const double more = std::isfinite(error)
                             ? elementary::pow(error / (kAim * result_.allowed), 1 / exponent)
                             : refinement.factor();
-    fineness *= std::clamp(more, 1.2, kMostTimesFiner);
+    // The error of a run near the limit of stability says little: what a trial has kept is enough.
+    const double enough = chosen.kept_at(in_window()) * longer;
+    const double finer = fineness * std::clamp(more, 1.2, kMostTimesFiner);
+    fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
     result_.mended = attempt + 1;
   }
 }

@@ -81,12 +81,20 @@ class MethodTrials {
 
   // The error of the finest run is infinite before there are two.
   double error() const { return std::max(error_, doubt_); }
+  double own_error() const { return error_; }    // whatever another family says
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
   double exponent() const { return exponent_; }  // observed, at most the claimed one
   // The share of the window over which the run before the finest kept it.
   double kept_share(double allowed) const;
   const SeenRun& finest() const { return finest_; }
   double fineness() const { return fineness_; }
+  // The fineness of the coarser of the last two runs that keeps the error, as far as is known; else
+  // infinite.
+  double kept_at(double allowed) const {
+    if (!(error() <= allowed)) return HUGE_VAL;
+    const bool coarse = std::max(coarse_error_, doubt_) <= allowed;
+    return coarse ? fineness_ / refinement_.factor() : fineness_;
+  }
   double spent() const { return spent_; }
   int runs() const { return runs_; }
 

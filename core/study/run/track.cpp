@@ -175,17 +175,15 @@ void Track::touched(double energy) {
 }
 
 bool Track::verify_beside(const std::function<bool()>& stop, bool early) {
-  return shadow_ && shadow_->follow_beside(stop, early);
+  return shadow_ && !verified() && shadow_->follow_beside(stop, early);
 }
 
 void Track::verify(const std::function<bool()>& stop, ComparisonEffort effort) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
-  parting_ = shadow_->compare(stop, effort);
-}
-
-void Track::verified_by(study::RunDeviation parting) {
-  parting_ = std::move(parting);
-  shadow_.reset();
+  if (verified())
+    shadow_->look_for_pulses(parting_);
+  else
+    parting_ = shadow_->compare(stop, effort);
 }
 
 void Track::leave_unverified(std::string why) {

@@ -72,7 +72,8 @@ class Track {
   void verify(const std::function<bool()>& stop, ComparisonEffort effort = {});
   bool verified() const { return parting_.verified(); }
   bool compared() const { return !std::isnan(parting_.error); }  // or a part of it
-  void verified_by(study::RunDeviation parting);  // was measured on a run of the same bits
+  // It was measured on a run of the same bits; pulses are still looked for.
+  void verified_by(study::RunDeviation parting) { parting_ = std::move(parting); }
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
   void doubt_start(std::string why) { doubt_ = std::move(why); }  // see Account::doubt

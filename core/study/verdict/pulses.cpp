@@ -50,6 +50,12 @@ std::optional<std::vector<double>> StepDoubling::resolved(std::size_t frame, int
   return std::vector(fine.state().begin(), fine.state().end());
 }
 
+void StepDoubling::look_for_pulses(RunDeviation& result) const {
+  if (!may_jump_ || frames_.size() < 2) return;
+  RefinedRun fresh = make_refined_run(plan(double(frames_.back().at.step - start_.step)));
+  look_for_pulses(fresh.system(), result);
+}
+
 // Samples the right-hand side at many times between two states, at the first of them. If a sample
 // is far from all values at the states, fine steps show whether the next state lacks its integral.
 void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) const {

@@ -46,6 +46,9 @@ class StepDoubling {
   // states compared until then.
   RunDeviation compare(const std::function<bool()>& stop, ComparisonEffort effort = {});
 
+  // Searches for forces that depend on time alone and acted between all steps, as compare() does.
+  void look_for_pulses(RunDeviation& result) const;
+
  private:
   struct Frame {
     Moment at;
@@ -86,7 +89,6 @@ class StepDoubling {
   void look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
                       RunDeviation& result) const;
   void ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const;
-  // Searches for forces that depend on time alone and acted between all steps.
   void look_for_pulses(Simulation& shadow, RunDeviation& result) const;
   // Records an error at that frame; returns the size of the scene there.
   double take_error(double error, const Frame& frame, RunDeviation& result) const;
