@@ -227,6 +227,10 @@ TEST_CASE("trials know the coarsest run that kept an error", "[study][goal]") {
   trials.doubt(1);
   CHECK(trials.kept_at(0.5) == HUGE_VAL);
   CHECK(trials.own_error() < 0.5);
+  CHECK(trials.can_refine());
+  trials.give_up();
+  CHECK_FALSE(trials.can_refine());
+  CHECK(std::isfinite(trials.predict(1).cost));  // what is known remains
 }
 
 TEST_CASE("a choice that is told to end says so", "[study][goal]") {

@@ -66,6 +66,9 @@ class Chooser {
   double window_of(Simulation& system) const;
   void measure_range();
   bool affordable(double cost) const;
+  double spent() const;
+  bool cheaper_than_run(double cost) const;  // with all trials before
+  double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
   bool refine(MethodTrials& method);
   void race();
   MethodTrials* cheapest();
@@ -90,6 +93,7 @@ class Chooser {
   double step_ = 0;    // s, that the scene or the goal asks for
   double weight_ = 1;  // evaluations of 64 particles that one takes
   std::clock_t begin_ = std::clock();
+  double lost_ = 0;  // s, of trials that were given up
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
   GoalChoice result_;
@@ -191,21 +195,41 @@ void Chooser::measure_range() {
 // All trials together cost at most as much as the run, or little. The time of a core is asked only
 // beyond that of the run, and few scenes reach it: the others' choices depend on no machine.
 bool Chooser::affordable(double cost) const {
-  double spent = 0, run = HUGE_VAL;
-  for (const MethodTrials& each : trials_) {
-    spent += each.spent();
-    run = std::min(run, whole(each.least_cost(kAim * in_window())));
-  }
-  if (spent + cost <= run) return true;
-  const double seconds = static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC;
-  const bool long_ones = spent > 0 && seconds * (spent + cost) / spent > kFreeSeconds;
+  if (cheaper_than_run(cost)) return true;
+  const double spent = this->spent();
+  const double expected = spent > 0 ? (seconds() - lost_) * (spent + cost) / spent : 0;
+  const bool long_ones = lost_ + expected > kFreeSeconds;
   return spent + cost <= kFree / weight_ && !long_ones;
 }
 
+double Chooser::spent() const {
+  double sum = 0;
+  for (const MethodTrials& each : trials_) sum += each.spent();
+  return sum;
+}
+
+bool Chooser::cheaper_than_run(double cost) const {
+  double run = HUGE_VAL;
+  for (const MethodTrials& each : trials_)
+    run = std::min(run, whole(each.least_cost(kAim * in_window())));
+  return spent() + cost <= run;
+}
+
 bool Chooser::refine(MethodTrials& method) {
-  const bool done = method.refine([&] { return go_on(method.method().label, 0.2); });
+  constexpr double kPart = 0.25;  // of the time that is left, for one trial
+  const bool may_last = cheaper_than_run(method.next_cost());
+  const double begin = seconds(), end = begin + kPart * (kFreeSeconds - begin);
+  bool late = false;
+  const bool done = method.refine([&] {
+    late = late || (!may_last && seconds() > end);
+    return go_on(method.method().label, 0.2) && !late;
+  });
+  if (!done && !told_) {  // others may be quicker
+    method.give_up();
+    lost_ += seconds() - begin;
+  }
   measure_range();
-  return done;
+  return !told_;
 }
 
 MethodTrials* Chooser::cheapest() {

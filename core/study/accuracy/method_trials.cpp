@@ -129,7 +129,7 @@ MethodTrials::MethodTrials(const Problem& problem, Candidate method, double wind
 }
 
 bool MethodTrials::can_refine() const {
-  if (only_ && runs_ == 2) return false;
+  if (given_up_ || (only_ && runs_ == 2)) return false;
   return !refinement_.by_tolerance() || fineness_ < 0.9 / kFinestTolerance;
 }
 

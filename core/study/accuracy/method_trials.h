@@ -78,6 +78,7 @@ class MethodTrials {
   double next_cost() const { return next_cost_; }   // of the next refinement, about
   bool refine(const std::function<bool()>& go_on);  // false: told to end
   bool can_refine() const;
+  void give_up() { given_up_ = true; }  // no more runs
 
   // The error of the finest run is infinite before there are two.
   double error() const { return std::max(error_, doubt_); }
@@ -110,7 +111,7 @@ class MethodTrials {
   Refinement refinement_;
   double window_, first_;
   std::int64_t between_;
-  bool corrected_, only_;
+  bool corrected_, only_, given_up_ = false;
   double fineness_ = 0;  // of the finest run
   double cost_ = 0, next_cost_, spent_ = 0;
   double error_ = HUGE_VAL, coarse_error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
