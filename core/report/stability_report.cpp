@@ -191,8 +191,8 @@ std::string stability_text(const Stability& result) {
         return each.method.info.implicit && each.method.info.needs_second_order;
       }))
     text +=
-        "The limit of a method that is implicit in stiff forces alone is that of the rest, as\n"
-        "your step divides them; a run with another step divides them anew.\n";
+        "The limit of a method that is implicit in stiff forces alone is that of the\n"
+        "rest, as your step divides them; a run with another step divides them anew.\n";
   return text + late_text(result) + hopeless_text(result);
 }
 

@@ -175,15 +175,20 @@ void Track::touched(double energy) {
 }
 
 bool Track::verify_beside(const std::function<bool()>& stop, bool early) {
-  return shadow_ && !verified() && shadow_->follow_beside(stop, early);
+  return shadow_ && !verified_before_ && shadow_->follow_beside(stop, early);
 }
 
 void Track::verify(const std::function<bool()>& stop, ComparisonEffort effort) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
-  if (verified())
+  if (verified_before_)
     shadow_->look_for_pulses(parting_);
   else
     parting_ = shadow_->compare(stop, effort);
+}
+
+void Track::verified_by(study::RunDeviation parting) {
+  parting_ = std::move(parting);
+  verified_before_ = true;
 }
 
 void Track::leave_unverified(std::string why) {

@@ -73,7 +73,8 @@ class Track {
   bool verified() const { return parting_.verified(); }
   bool compared() const { return !std::isnan(parting_.error); }  // or a part of it
   // It was measured on a run of the same bits; pulses are still looked for.
-  void verified_by(study::RunDeviation parting) { parting_ = std::move(parting); }
+  void verified_by(study::RunDeviation parting);
+  bool verified_before() const { return verified_before_; }
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
   void doubt_start(std::string why) { doubt_ = std::move(why); }  // see Account::doubt
@@ -107,6 +108,7 @@ class Track {
   std::string unverified_, diverged_, doubt_;  // why it has no shadow, why it diverged, see above
   bool looked_ = false, energy_unknown_ = false;  // beyond the range of numbers from the start
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;
+  bool verified_before_ = false;  // verified_by()
 };
 
 // The verdict on all systems of a run: the worst one's, with the names if there are several.

@@ -23,7 +23,7 @@ std::function<bool()> stop_after(double seconds, const std::function<bool()>& st
 void verify(const VerificationPlan& plan, Track& track, double seconds,
             const std::function<bool()>& stop, const std::function<void(double, double)>& told) {
   if (plan.wish == Verify::kNever) return track.leave_unverified("positions not verified");
-  if (track.verified()) return track.verify(stop);
+  if (track.verified_before()) return track.verify(stop);
   const bool beside = track.verifies_beside();
   const bool whole =
       plan.wish == Verify::kAlways || seconds < Track::kQuick || !track.system().second_order();
