@@ -196,10 +196,9 @@ void Chooser::measure_range() {
 // beyond that of the run, and few scenes reach it: the others' choices depend on no machine.
 bool Chooser::affordable(double cost) const {
   if (cheaper_than_run(cost)) return true;
-  const double spent = this->spent();
-  const double expected = spent > 0 ? (seconds() - lost_) * (spent + cost) / spent : 0;
-  const bool long_ones = lost_ + expected > kFreeSeconds;
-  return spent + cost <= kFree / weight_ && !long_ones;
+  const double before = spent(), all = before + cost;
+  const double expected = before > 0 ? (seconds() - lost_) * all / before : 0;
+  return all <= kFree / weight_ && lost_ + expected <= kFreeSeconds;
 }
 
 double Chooser::spent() const {
@@ -329,11 +328,8 @@ double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& ru
 
 // Until the last moment before the error is beyond the one allowed, s; infinite if it never is.
 double Chooser::kept_until(const ErrorCourse& course, double allowed) const {
-  const auto missed =
-      std::ranges::find_if(course.rms, [&](double error) { return !(error <= allowed); });
-  if (missed == course.rms.end()) return HUGE_VAL;
-  const auto before = std::max<std::ptrdiff_t>(0, missed - course.rms.begin() - 1);
-  return result_.time * static_cast<double>(before) / static_cast<double>(course.rms.size() - 1);
+  const double share = kept_share(course.rms, allowed);
+  return share < 1 ? share * result_.time : HUGE_VAL;
 }
 
 // The run and its refined run; repeated with smaller steps if it misses the goal.

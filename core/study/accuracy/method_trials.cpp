@@ -171,12 +171,12 @@ bool MethodTrials::refine(const std::function<bool()>& go_on) {
   return true;
 }
 
-double MethodTrials::kept_share(double allowed) const {
+double kept_share(std::span<const double> course, double allowed) {
   const auto missed =
-      std::ranges::find_if(course_, [&](double error) { return !(error <= allowed); });
-  if (course_.size() < 2) return 0;
-  return static_cast<double>(std::max<std::ptrdiff_t>(0, missed - course_.begin() - 1)) /
-         static_cast<double>(course_.size() - 1);
+      std::ranges::find_if(course, [&](double error) { return !(error <= allowed); });
+  if (course.size() < 2) return 0;
+  return static_cast<double>(std::max<std::ptrdiff_t>(0, missed - course.begin() - 1)) /
+         static_cast<double>(course.size() - 1);
 }
 
 CostPrediction MethodTrials::predict(double allowed) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/study/accuracy/trajectory.h"
@@ -63,6 +64,9 @@ TrialRun refined(const TrialRun& run, bool corrected);
 SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun& run, double time,
                  const std::function<bool()>& go_on, std::optional<double> disturbed = {});
 
+// The share of a course of errors, at equal times, before the first that is beyond the one allowed.
+double kept_share(std::span<const double> course, double allowed);
+
 struct CostPrediction {
   double fineness = 0, cost = HUGE_VAL;  // of the window
 };
@@ -86,7 +90,7 @@ class MethodTrials {
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
   double exponent() const { return exponent_; }  // observed, at most the claimed one
   // The share of the window over which the run before the finest kept it.
-  double kept_share(double allowed) const;
+  double kept_share(double allowed) const { return study::kept_share(course_, allowed); }
   const SeenRun& finest() const { return finest_; }
   double fineness() const { return fineness_; }
   // The fineness of the coarser of the last two runs that keeps the error, as far as is known; else

@@ -142,7 +142,7 @@ Advance ImexStepper::advance(double t, double h, std::int64_t most, const double
     }
     if (finite) {
       steps_ += count;
-      evaluations_ += verlet_->midpoint_kicks() ? 4 * count : count;
+      evaluations_ += verlet_->midpoint_kicks() ? 2 * count * std::ssize(plan_.soft.kick) : count;
       return {StepStatus::kDone, count};
     }
     if (count == 1) return {StepStatus::kNotFinite, 0};
