@@ -3,20 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "block_kernels.h"
+
 namespace sim {
 namespace {
 
 constexpr int kFewPatches = 16;    // whose matrix is factorised
 constexpr int kWantedPatches = 4;  // of a coarser one
-// The bound on the eigenvalues of D^-1 B, with D the diagonal blocks: B <= 2 D holds for each
-// spring.
-constexpr double kMostEigenvalue = 2;
-// Damping factors whose error polynomial is the Chebyshev one on [1/4, 1] and [1/6, 1] of the
-// bound.
-constexpr double kMean = 7.0 / 12 * kMostEigenvalue, kHalf = 5.0 / 12 * kMostEigenvalue,
-                 kRoot = 0.7071067811865476;
-constexpr double kOne[] = {8.0 / 5 / kMostEigenvalue};
-constexpr double kTwo[] = {1 / (kMean - kHalf * kRoot), 1 / (kMean + kHalf * kRoot)};
 
 WeightedGraph with_diagonal(const WeightedGraph& between) {
   WeightedGraph graph;
@@ -79,13 +72,30 @@ inline void add_turned(const Vec3& arm, double turn, const double* from, double*
 
 }  // namespace
 
-AggregateMatrix::AggregateMatrix(const WeightedGraph& between, bool finest)
-    : steps_(finest ? std::span<const double>(kOne) : kTwo), pattern_(with_diagonal(between)) {
+void chebyshev_steps(double bound, std::span<double> steps) {
+  if (steps.size() == 1) {
+    steps[0] = 8.0 / 5 / bound;
+    return;
+  }
+  constexpr double kRoot = 0.7071067811865476;
+  const double mean = 7.0 / 12 * bound, half = 5.0 / 12 * bound;
+  steps[0] = 1 / (mean - half * kRoot);
+  steps[1] = 1 / (mean + half * kRoot);
+}
+
+AggregateMatrix::AggregateMatrix(const WeightedGraph& between, int steps, Spectrum spectrum)
+    : spectrum_(spectrum),
+      steps_(static_cast<std::size_t>(steps)),
+      pattern_(with_diagonal(between)) {
+  constexpr double kMostOfSprings = 2;
+  chebyshev_steps(kMostOfSprings, steps_);
   const auto n = static_cast<std::size_t>(count());
   blocks_ = Array(pattern_.to.size() * kBlock);
   narrow_ = ArrayOf<float>(blocks_.size());
   inverses_ = ArrayOf<float>(n * kBlock);
   rest_ = Array(n * kRow);
+  if (spectrum == Spectrum::kEstimated)
+    for (Array* array : {&none_, &trial_}) *array = Array(n * kRow);
   centres_.resize(n);
   sizes_.resize(n);
   for (int i = 0; i < count(); ++i) own_.push_back(place(i, i));
@@ -102,7 +112,8 @@ void AggregateMatrix::make_coarser(const WeightedGraph& between) {
   if (count() > kFewPatches) {
     aggregates_ = aggregate(between, std::vector<std::uint8_t>(n), kWantedPatches);
     if (3 * aggregates_.count <= 2 * count())
-      coarser_ = std::make_unique<AggregateMatrix>(graph_between(between, aggregates_), false);
+      coarser_ =
+          std::make_unique<AggregateMatrix>(graph_between(between, aggregates_), 2, spectrum_);
   }
   if (!coarser_) {
     std::vector<std::pair<int, int>> upper;
@@ -168,7 +179,26 @@ bool AggregateMatrix::prepare() {
   if (!invert_own()) return false;
   std::ranges::transform(blocks_.span(), narrow_.data(),
                          [](double b) { return static_cast<float>(b); });
-  return coarser_ ? prepare_coarser() : factorise();
+  if (!coarser_) return factorise();
+  if (spectrum_ == Spectrum::kEstimated) chebyshev_steps(largest_eigenvalue(), steps_);
+  return prepare_coarser();
+}
+
+// An estimate of that of D^-1 B with a margin, since power iteration comes from below.
+double AggregateMatrix::largest_eigenvalue() {
+  constexpr int kTurns = 10;
+  constexpr double kMargin = 1.1;
+  Array& x = trial_;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] = i % kRow < 6 ? 1 + static_cast<double>(i % 7) : 0;
+  double largest = 1;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const double before = std::sqrt(dot(x, x));
+    kernels_.residual(pattern_, narrow_.data(), none_.data(), x.data(), rest_.data(), 0, count());
+    kernels_.relax(inverses_.data(), -1 / before, rest_.data(), x.data(), false, 0, count());
+    largest = std::sqrt(dot(x, x));
+  }
+  return kMargin * largest;
 }
 
 void AggregateMatrix::place_coarser() {

@@ -28,15 +28,22 @@ struct AggregateKernels {
 
 AggregateKernels aggregate_kernels();  // for this machine
 
+// Damping factors of one or two Jacobi steps whose error polynomial is the Chebyshev one on [1/4,
+// 1] and [1/6, 1] of a bound on the eigenvalues of D^-1 B, with D the blocks on the diagonal.
+void chebyshev_steps(double bound, std::span<double> steps);
+
 // B x = r, solved approximately by smoothing and by the same on fewer, larger aggregates, and in
 // the end directly: W cycles of multigrid with rigid-body modes. Vanek, Mandel & Brezina (1996),
 // Computing 56, 179-196; Tamstorf, Jones & McCormick (2015), ACM TOG 34(6) 245; all memory is its
 // own.
 class AggregateMatrix {
  public:
+  // How large the eigenvalues of D^-1 B are: 2 at most for springs, each of which is added to both
+  // its ends; power iteration tells for others.
+  enum class Spectrum { kSprings, kEstimated };
   // B_ij for the edges; the diagonal is always included. The finest level takes most of the time,
-  // and smooths less.
-  AggregateMatrix(const WeightedGraph& between, bool finest);
+  // and may smooth less: by one step instead of two.
+  AggregateMatrix(const WeightedGraph& between, int steps, Spectrum spectrum);
 
   int count() const noexcept { return pattern_.nodes(); }
   std::vector<Vec3>& centres() noexcept { return centres_; }  // m; to be set before the blocks
@@ -56,6 +63,7 @@ class AggregateMatrix {
   void place_coarser();
   void mirror();
   bool invert_own();
+  double largest_eigenvalue();
   bool prepare_coarser();
   bool factorise();
   void solve_directly(const double* r, double* x);
@@ -63,10 +71,12 @@ class AggregateMatrix {
   void correct(const double* r, double* x);
 
   AggregateKernels kernels_ = aggregate_kernels();
-  std::span<const double> steps_;  // of smoothing, how far each goes
+  Spectrum spectrum_;
+  std::vector<double> steps_;  // of smoothing, how far each goes
   WeightedGraph pattern_;
   std::vector<int> own_, mirror_;
   Array blocks_, rest_;
+  Array none_, trial_;                 // 0, and a vector of power iteration
   ArrayOf<float> narrow_, inverses_;   // all blocks; the inverses of those on the diagonal
   std::vector<Vec3> centres_, arms_;   // arms: in the coarser patch, in units of its size
   std::vector<double> sizes_, turns_;  // turns: this size in units of the coarser one

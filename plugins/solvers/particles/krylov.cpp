@@ -77,12 +77,12 @@ LinearResult ConjugateGradient::solve(const double* b, double* d, double eta) {
   return result;
 }
 
-Gmres::Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<SparseLdlt> factors,
+Gmres::Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<Preconditioner> better,
              double stiff, bool symmetric)
     : matrix_(&matrix),
       most_(most_iterations),
       symmetric_(symmetric),
-      factors_(std::move(factors)),
+      better_(std::move(better)),
       stiff_(stiff),
       r_(matrix.layout().size()),
       z_(r_.size()) {
@@ -90,8 +90,8 @@ Gmres::Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<SparseLdl
 }
 
 void Gmres::precondition(const double* r) {
-  if (factored_)
-    factors_->divide(r, z_.data());
+  if (prepared_)
+    better_->solve(r, z_.data());
   else
     matrix_->precondition(r, z_.data());
 }
@@ -122,10 +122,10 @@ int Gmres::descend(double* d, double goal, int most) {
 LinearResult Gmres::solve(const double* b, double* d, double eta) {
   BlockMatrix& matrix = *matrix_;
   LinearResult result;
-  // The factors do not include the inequality constraints that restrict A.
-  const bool factors = factors_ && !matrix.restricted() && matrix.stiffness_ratio() >= stiff_;
-  factored_ = factors && factors_->prepare();
-  result.factorisations = factors;
+  // What is better does not include the inequality constraints that restrict A.
+  const bool better = better_ && !matrix.restricted() && matrix.stiffness_ratio() >= stiff_;
+  prepared_ = better && better_->prepare();
+  result.factorisations = better && better_->factorises();
   std::fill_n(d, r_.size(), 0.0);
   std::copy_n(b, r_.size(), r_.data());
   double norm = std::sqrt(dot(r_, r_));
@@ -183,11 +183,13 @@ LinearResult Gmres::solve(const double* b, double* d, double eta) {
     };
     const double before = norm;
     norm = find_residual();
-    if (symmetric_ && !factored_ && !matrix.restricted() && norm > goal) {
+    if (symmetric_ && !prepared_ && !matrix.restricted() && norm > goal) {
       result.iterations += descend(d, 0.9 * goal, most_ - result.iterations);
       norm = find_residual();
     }
-    if (!(norm < 0.99 * before)) break;
+    if (norm < 0.99 * before) continue;
+    if (!prepared_ || better_->factorises()) break;
+    prepared_ = false;  // the blocks alone may get on
   }
   result.solved = norm <= goal;
   return result;

@@ -39,6 +39,7 @@ class Preconditioner {
   virtual ~Preconditioner() = default;
   virtual bool prepare() = 0;  // for A as it is now; false when it cannot be used
   virtual double solve(const double* r, double* z) = 0;  // r.z
+  virtual bool factorises() const { return false; }      // in prepare()
 };
 
 // Conjugate gradients, preconditioned with the 3 x 3 blocks on the diagonal, in their norm.
@@ -62,13 +63,15 @@ class ConjugateGradient final : public LinearSolver {
 
 // Sparse L D L^T of the symmetric part of A, with the fill-reducing order of Amestoy, Davis & Duff
 // (1996); the pattern is analysed once.
-class SparseLdlt final : public LinearSolver {
+class SparseLdlt final : public LinearSolver, public Preconditioner {
  public:
   // All pairs that blocks may couple, and their elimination_rows().
   SparseLdlt(const BlockMatrix& matrix, BlockPairs pairs, std::vector<int> rows);
   LinearResult solve(const double* b, double* d, double eta) override;
   bool prepare() override;
   void divide(const double* r, double* z) override;
+  double solve(const double* r, double* z) override;
+  bool factorises() const override { return true; }
 
  private:
   struct Target {
@@ -85,12 +88,12 @@ class SparseLdlt final : public LinearSolver {
 };
 
 // GMRES(30), also for matrices that are not symmetric, right-preconditioned with the 3 x 3 blocks
-// on the diagonal, or with the factors of the symmetric part, if there are any and A is stiff. Saad
-// & Schultz (1986), SIAM J. Sci. Stat. Comput. 7(3), 856-869. `symmetric`: A is, and conjugate
-// gradients go on where 30 vectors do not reach.
+// on the diagonal, or better where A is stiff. Saad & Schultz (1986), SIAM J. Sci. Stat. Comput.
+// 7(3), 856-869. `symmetric`: A is, and conjugate gradients go on where 30 vectors do not reach.
 class Gmres final : public LinearSolver {
  public:
-  Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<SparseLdlt> factors,
+  // better: used where A is at least so stiff; null: none.
+  Gmres(BlockMatrix& matrix, int most_iterations, std::unique_ptr<Preconditioner> better,
         double stiff, bool symmetric = false);
   LinearResult solve(const double* b, double* d, double eta) override;
 
@@ -102,9 +105,9 @@ class Gmres final : public LinearSolver {
   BlockMatrix* matrix_;
   int most_;
   bool symmetric_;
-  std::unique_ptr<SparseLdlt> factors_;  // null: none
-  double stiff_;                         // stiffness of A from which on they are used
-  bool factored_ = false;
+  std::unique_ptr<Preconditioner> better_;  // null: none
+  double stiff_;                            // stiffness of A from which on it is used
+  bool prepared_ = false;
   std::vector<Array> basis_;
   Array r_, z_;
   double h_[kRestart][kRestart + 1];  // column by column, made triangular by rotations

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "aggregate_matrix.h"
+#include "aggregate_motions.h"
 #include "float_springs.h"
 #include "linear_solver.h"
 
@@ -25,28 +26,17 @@ class Multigrid final : public Preconditioner {
 
  private:
   static constexpr int kRow = AggregateKernels::kRow;
-  int aggregate_index(int i) const { return aggregates_.of[static_cast<std::size_t>(i)]; }
-  template <class Visit>  // visit(i) of the particles of a patch
-  void each_member(std::size_t aggregate_index, Visit visit) const {
-    for (int at = first_[aggregate_index]; at < first_[aggregate_index + 1]; ++at)
-      visit(members_[static_cast<std::size_t>(at)]);
-  }
-  void assign_aggregates();
   void add_particles();
   void add_springs();
-  void restrict_rest(const float* rest);
-  void add_motions(float* x);
 
   const StageMatrix* matrix_;
   Layout half_;
   FloatSprings springs_;
-  Aggregates aggregates_;
+  std::optional<AggregateMotions> motions_;
   std::optional<AggregateMatrix> aggregate_matrix_;
-  std::vector<int> first_, members_;  // particles of patches
-  std::vector<int> places_;           // blocks of springs between two patches, in order
-  std::vector<Vec3> arms_;            // of particles, in units of the size of their patch
-  Array across_;                      // by particle: part of D by springs to other aggregates
-  Array r_, x_;                       // of patches
+  std::vector<int> places_;  // blocks of springs between two aggregates, in order
+  Array across_;             // by particle: part of D by springs to other aggregates
+  Array r_, x_;              // of aggregates
   ArrayOf<float> rest_, guess_, more_;
 };
 

@@ -82,6 +82,13 @@ LinearResult SparseLdlt::solve(const double* b, double* d, double /*eta*/) {
   return result;
 }
 
+double SparseLdlt::solve(const double* r, double* z) {
+  divide(r, z);
+  double sum = 0;
+  for (std::size_t i = 0; i < matrix_->layout().size(); ++i) sum += r[i] * z[i];
+  return sum;
+}
+
 bool SparseLdlt::prepare() {
   if (x_.empty()) return true;
   assemble();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "block_multigrid.h"
 #include "core/base/error.h"
 #include "multigrid.h"
 
@@ -90,18 +91,21 @@ std::unique_ptr<LinearSolver> make_unsymmetric(StageMatrix& matrix, const Partic
                      system.name_of(*system.other_forces().front()) + "'",
                  "use solver = \"auto\""});
   const double affordable = options.long_steps ? kProductsOfLongSteps : kProductsStandingBy;
-  std::unique_ptr<SparseLdlt> factors;
-  if (pairs && options.solver != Solver::kIterative) {
+  std::unique_ptr<Preconditioner> better;
+  if (pairs) {
     std::ranges::copy(matrix.fixed_pairs(), std::back_inserter(*pairs));
-    auto rows = elimination_rows(system.masses(), *pairs);
-    if (demanded || factor_products(rows, *pairs) <= affordable)
-      factors = std::make_unique<SparseLdlt>(matrix, *pairs, std::move(rows));
+    if (options.solver != Solver::kIterative) {
+      auto rows = elimination_rows(system.masses(), *pairs);
+      if (demanded || factor_products(rows, *pairs) <= affordable)
+        better = std::make_unique<SparseLdlt>(matrix, *pairs, std::move(rows));
+    }
+    if (!better) better = std::make_unique<BlockMultigrid>(matrix, system, *pairs);
   }
+  const bool always = better && better->factorises() && (demanded || options.long_steps);
   const bool symmetric = std::ranges::all_of(system.other_forces(), [](const Force* force) {
     return force->conservative() && !force->depends_on_velocity();
   });
-  return std::make_unique<Gmres>(matrix, most, std::move(factors),
-                                 demanded || options.long_steps ? 0 : kStiff, symmetric);
+  return std::make_unique<Gmres>(matrix, most, std::move(better), always ? 0 : kStiff, symmetric);
 }
 
 }  // namespace
