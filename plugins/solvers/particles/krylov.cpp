@@ -122,7 +122,7 @@ int Gmres::descend(double* d, double goal, int most) {
 LinearResult Gmres::solve(const double* b, double* d, double eta) {
   BlockMatrix& matrix = *matrix_;
   LinearResult result;
-  // What is better does not include the inequality constraints that restrict A.
+  // The better preconditioner does not include the inequality constraints that restrict A.
   const bool better = better_ && !matrix.restricted() && matrix.stiffness_ratio() >= stiff_;
   prepared_ = better && better_->prepare();
   result.factorisations = better && better_->factorises();

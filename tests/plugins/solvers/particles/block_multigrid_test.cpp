@@ -44,7 +44,7 @@ class Beam {
           axes[axis][i] = std::sin(1.3 * i * seed + static_cast<double>(axis) + seed);
     return r;
   }
-  // Of a solution to eta, under a load like that of a weight, whose residual is as promised.
+  // The number of iterations to eta under a load like that of a weight; checks the residual.
   int iterations(double eta) {
     Gmres solver(*matrix_, 100000, multigrid(), 0, true);
     Array b = some(1);
