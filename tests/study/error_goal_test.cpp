@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/lua/scene/scene_file.h"
 #include "core/study/accuracy/trajectory.h"
 #include "tests/support/scenes.h"
 
@@ -208,6 +209,35 @@ TEST_CASE("methods that see what others step over are believed", "[study][goal]"
   const auto own = path_of(spec, choice.integrator(), choice.dt, 6);
   CHECK((!choice.kept || largest_rms(own, exact) < 1.5 * choice.allowed));
   CHECK((choice.kept || choice.horizon <= at + width));
+}
+
+// A top that turns by 3.1 rad in the longest steps: verlet and its half step turn by the same wrong
+// angle.
+TEST_CASE("a method is not believed before another has run", "[study][goal]") {
+  constexpr double kTime = 0.25;
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec =
+      sim::load_scene("scenes/top.lua", registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}})
+          .systems.front();
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-2, false}, .time = kTime});
+  REQUIRE(choice.method);
+  CHECK(choice.kept);
+  INFO(choice.method->label << ' ' << choice.dt);
+  const auto truth = path_of(spec, {"dop853", {{"tol", 1e-10}}}, kTime / 20, kTime);
+  CHECK(largest_rms(path_of(spec, choice.integrator(), choice.dt, kTime), truth) <=
+        1.5 * choice.allowed);
+}
+
+TEST_CASE("errors are seen at each step of a run that is not long", "[study][goal]") {
+  const sim::SystemSpec spec = make_circle();
+  sim::Registry registry = make_registry();
+  const sim::study::Problem problem{&spec, &registry};
+  const auto method = sim::study::fitting_methods(problem, {{"rk4"}}).front();
+  const auto seen = [&](std::int64_t steps) {
+    return sim::study::seen_run(problem, method, {steps, 0}, 1, [] { return true; }).points.size();
+  };
+  CHECK(seen(720) == 721);
+  CHECK(seen(7200) == 121);
 }
 
 TEST_CASE("trials know the coarsest run that kept an error", "[study][goal]") {

@@ -4,6 +4,7 @@
 #include <array>
 #include <ctime>
 #include <numeric>
+#include <tuple>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -263,16 +264,18 @@ void Chooser::race() {
   }
 }
 
-// The closest run of another family or, if there is none, of another method.
+// The closest run of another family or, if there is none, of another method; where no other has
+// run, the one whose trial costs least.
 MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   MethodTrials* check = nullptr;
-  bool family = false;
+  const auto rank = [&](const MethodTrials& each) {
+    const bool ran = std::isfinite(each.error()),
+               other = other_family(each.method(), chosen.method());
+    return std::tuple(!ran, !other, ran ? each.error() : each.next_cost());
+  };
   for (MethodTrials& each : trials_) {
-    if (&each == &chosen || !std::isfinite(each.error())) continue;
-    const bool other = other_family(each.method(), chosen.method());
-    if (family && !other) continue;
-    if (!check || (other && !family) || each.error() < check->error()) check = &each;
-    family = family || other;
+    if (&each == &chosen || !(std::isfinite(each.error()) || each.can_refine())) continue;
+    if (!check || rank(each) < rank(*check)) check = &each;
   }
   return check;
 }
@@ -294,7 +297,7 @@ MethodTrials* Chooser::choose_checked() {
   MethodTrials* chosen = cheapest();
   for (int round = 0; chosen && !told_ && round < kRounds; ++round) {
     MethodTrials* check = check_for(*chosen);
-    if (!check) break;
+    if (!check || !(std::isfinite(check->error()) || affordable(check->next_cost()))) break;
     const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
     // A check that is off by more than the error allowed tells nothing of a cheap run that steps
     // over what happens; it may cost more where the two differ by as much.

@@ -10,17 +10,21 @@
 namespace sim::study {
 namespace {
 
-constexpr std::int64_t kSights = 120;       // of a run, at most; and at least:
+constexpr std::int64_t kSeenWhole = 5000;   // steps of a run that is seen at each of them
+constexpr std::int64_t kSights = 120;       // of a longer run, at most; and at least:
 constexpr std::int64_t kFewestSights = 20;  // a divisor of it
 constexpr double kMostSeenNumbers = 4e6;    // kept of a run
 constexpr double kImplicitStep = 50;        // evaluations that one is worth before it is tried
 constexpr double kLeastExponent = 0.3;
 constexpr double kFinestTolerance = 1e-13;
 
+// Errors may have narrow peaks in time, as stiff parts pass others: all steps are seen where that
+// takes little memory.
 std::int64_t sights(const Problem& problem, const Simulation& system, std::int64_t steps) {
-  if (problem.by_figure()) return steps;
   const double numbers =
       problem.of ? 1 : static_cast<double>(std::max<std::size_t>(1, system.state().size()));
+  const bool all = steps <= kSeenWhole && static_cast<double>(steps) * numbers <= kMostSeenNumbers;
+  if (all || problem.by_figure()) return steps;
   std::int64_t most = kSights;
   while (most > kFewestSights && static_cast<double>(most) * numbers > kMostSeenNumbers)
     most = most > 60 ? 60 : kFewestSights;
