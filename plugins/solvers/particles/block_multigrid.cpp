@@ -49,7 +49,7 @@ bool BlockMultigrid::prepare() {
                                          a * AggregateMotions::motion(motions_->arm(column), k),
                                          to + k * AggregateKernels::kRow);
     };
-    const Mat3 mirrored(block.column(0), block.column(1), block.column(2));
+    const Mat3 mirrored = transposed(block);
     if (p == q) {
       add(i, j, block, coarse_->own(p));
       if (i != j) add(j, i, mirrored, coarse_->own(p));
@@ -59,8 +59,7 @@ bool BlockMultigrid::prepare() {
       add(j, i, mirrored, coarse_->block(coarse_->place(q, p)));
     }
   });
-  coarse_->prepare();
-  return true;
+  return coarse_->prepare();
 }
 
 // An estimate of that of D^-1 A with a margin, since power iteration comes from below. It always

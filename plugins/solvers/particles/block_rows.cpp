@@ -112,10 +112,8 @@ bool BlockRows::finish() {
     if (!invert(block(own), inverse)) return false;
     put(inverse, &inverses_[static_cast<std::size_t>(i) * kBlock]);
     for (int at = own + 1; at < end(i); ++at) {
-      const Mat3 b = block(at);
       const int mirrored = place(columns_[static_cast<std::size_t>(at)], i);
-      put({b.column(0), b.column(1), b.column(2)},
-          &blocks_[static_cast<std::size_t>(mirrored) * kBlock]);
+      put(transposed(block(at)), &blocks_[static_cast<std::size_t>(mirrored) * kBlock]);
     }
   }
   return true;
