@@ -119,4 +119,6 @@ TEST_CASE("multigrid is not prepared for a matrix that is not finite", "[linear]
   std::vector<double> far(beam.particles().layout().size(), HUGE_VAL);
   beam.matrix().at(beam.particles().view(0, far.data()), 0.01, {});
   CHECK_FALSE(multigrid->prepare());
+  const std::vector<std::uint8_t> free(beam.particles().masses().size(), 1);
+  CHECK_FALSE(BlockRows(beam.matrix(), beam.pairs(), free, beam.particles().pool()).take());
 }
