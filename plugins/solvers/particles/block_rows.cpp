@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <string>
-
-#include "core/base/memory.h"
 
 namespace sim {
 namespace {
@@ -57,9 +54,6 @@ BlockRows::BlockRows(const BlockMatrix& matrix, BlockPairs pairs,
   Sparsity pattern(static_cast<int>(n), std::move(entries));
   begin_ = std::move(pattern.begin);
   columns_ = std::move(pattern.rows);
-  require_memory(static_cast<double>(sizeof(double) * kBlock * (columns_.size() + n)),
-                 "multigrid for the stiff forces on " + std::to_string(n) + " particles needs", "",
-                 "take fewer particles, or an explicit integrator");
   blocks_ = Array(columns_.size() * kBlock);
   inverses_ = Array(n * kBlock);
   for (int i = 0; i < static_cast<int>(n); ++i) own_.push_back(place(i, i));
