@@ -297,7 +297,7 @@ MethodTrials* Chooser::choose_checked() {
   MethodTrials* chosen = cheapest();
   for (int round = 0; chosen && !told_ && round < kRounds; ++round) {
     MethodTrials* check = check_for(*chosen);
-    if (!check || !(std::isfinite(check->error()) || affordable(check->next_cost()))) break;
+    if (!check) break;
     const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
     // A check that is off by more than the error allowed tells nothing of a cheap run that steps
     // over what happens; it may cost more where the two differ by as much.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "block_kernels.h"
+#include "chebyshev.h"
 
 namespace sim {
 namespace {
@@ -71,17 +71,6 @@ inline void add_turned(const Vec3& arm, double turn, const double* from, double*
 }
 
 }  // namespace
-
-void chebyshev_steps(double bound, std::span<double> steps) {
-  if (steps.size() == 1) {
-    steps[0] = 8.0 / 5 / bound;
-    return;
-  }
-  constexpr double kRoot = 0.7071067811865476;
-  const double mean = 7.0 / 12 * bound, half = 5.0 / 12 * bound;
-  steps[0] = 1 / (mean - half * kRoot);
-  steps[1] = 1 / (mean + half * kRoot);
-}
 
 AggregateMatrix::AggregateMatrix(const WeightedGraph& between, int steps, Spectrum spectrum)
     : spectrum_(spectrum),
@@ -191,14 +180,11 @@ double AggregateMatrix::largest_eigenvalue() {
   Array& x = trial_;
   for (std::size_t i = 0; i < x.size(); ++i)
     x[i] = i % kRow < 6 ? 1 + static_cast<double>(i % 7) : 0;
-  double largest = 1;
-  for (int turn = 0; turn < kTurns; ++turn) {
-    const double before = std::sqrt(dot(x, x));
-    kernels_.residual(pattern_, narrow_.data(), none_.data(), x.data(), rest_.data(), 0, count());
-    kernels_.relax(inverses_.data(), -1 / before, rest_.data(), x.data(), false, 0, count());
-    largest = std::sqrt(dot(x, x));
-  }
-  return kMargin * largest;
+  return kMargin * power_iteration(x, kTurns, [&](double factor) {
+           kernels_.residual(pattern_, narrow_.data(), none_.data(), x.data(), rest_.data(), 0,
+                             count());
+           kernels_.relax(inverses_.data(), -factor, rest_.data(), x.data(), false, 0, count());
+         });
 }
 
 void AggregateMatrix::place_coarser() {

@@ -28,10 +28,6 @@ struct AggregateKernels {
 
 AggregateKernels aggregate_kernels();  // for this machine
 
-// Damping factors of one or two Jacobi steps whose error polynomial is the Chebyshev one on [1/4,
-// 1] and [1/6, 1] of a bound on the eigenvalues of D^-1 B, with D the blocks on the diagonal.
-void chebyshev_steps(double bound, std::span<double> steps);
-
 // B x = r, solved approximately by smoothing and by the same on fewer, larger aggregates, and in
 // the end directly: W cycles of multigrid with rigid-body modes. Vanek, Mandel & Brezina (1996),
 // Computing 56, 179-196; Tamstorf, Jones & McCormick (2015), ACM TOG 34(6) 245; all memory is its

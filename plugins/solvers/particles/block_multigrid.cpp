@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "block_kernels.h"
+#include "chebyshev.h"
 
 namespace sim {
 namespace {
@@ -19,12 +19,9 @@ std::vector<std::uint8_t> which(const Particles& system, bool pinned) {
 }  // namespace
 
 BlockMultigrid::BlockMultigrid(const StageMatrix& matrix, const Particles& system, BlockPairs pairs)
-    : matrix_(&matrix),
-      pinned_(which(system, true)),
-      free_(which(system, false)),
-      rows_(matrix, pairs, free_, system.pool()) {
+    : matrix_(&matrix), rows_(matrix, pairs, which(system, false), system.pool()) {
   const WeightedGraph graph = graph_of(rows_.nodes(), pairs);
-  motions_.emplace(graph, pinned_, kWanted);
+  motions_.emplace(graph, which(system, true), kWanted);
   coarse_.emplace(graph_between(graph, motions_->aggregates()), 2,
                   AggregateMatrix::Spectrum::kEstimated);
   for (Array* array : {&r_, &x_})
@@ -73,17 +70,12 @@ double BlockMultigrid::largest_eigenvalue() {
     for (int k = 0; k < 3; ++k) {
       noise = 1664525 * noise + 1013904223;
       const double value = static_cast<double>(noise >> 8) / (1 << 23) - 1;
-      guess_[static_cast<std::size_t>(BlockRows::kRow * i + k)] =
-          free_[static_cast<std::size_t>(i)] ? value : 0;
+      guess_[static_cast<std::size_t>(BlockRows::kRow * i + k)] = motions_->of(i) >= 0 ? value : 0;
     }
-  double largest = 1;
-  for (int turn = 0; turn < kTurns; ++turn) {
-    rows_.residual(right_.data(), guess_.data(), rest_.data());
-    const double before = std::sqrt(dot(guess_, guess_));
-    rows_.relax(rest_.data(), -1 / before, false, guess_.data());
-    largest = std::sqrt(dot(guess_, guess_));
-  }
-  return kMargin * largest;
+  return kMargin * power_iteration(guess_, kTurns, [&](double factor) {
+           rows_.residual(right_.data(), guess_.data(), rest_.data());
+           rows_.relax(rest_.data(), -factor, false, guess_.data());
+         });
 }
 
 void BlockMultigrid::smooth(bool from_zero) {

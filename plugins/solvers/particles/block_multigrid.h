@@ -28,7 +28,6 @@ class BlockMultigrid final : public Preconditioner {
   double largest_eigenvalue();
 
   const StageMatrix* matrix_;
-  std::vector<std::uint8_t> pinned_, free_;
   BlockRows rows_;
   std::optional<AggregateMotions> motions_;
   std::optional<AggregateMatrix> coarse_;
