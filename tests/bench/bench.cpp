@@ -20,6 +20,7 @@
 #include "tests/bench/peers.h"
 #include "tests/bench/reach.h"
 #include "tests/bench/solid_steps.h"
+#include "tests/bench/ways.h"
 
 namespace sim_bench {
 namespace {
@@ -110,6 +111,10 @@ int run(int argc, char** argv) {
   }
   if (options.only_solids) {
     printer.print(solid_step_table(measure_solid_steps(options, registry)));
+    return 0;
+  }
+  if (options.only_ways) {
+    printer.print(way_table(measure_ways(options, registry)));
     return 0;
   }
   if (options.only_contact || options.only_fluid || options.only_bodies) {

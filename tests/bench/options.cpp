@@ -26,7 +26,9 @@ const char* const kUsage =
     "  --charts FOLDER      where those charts go (build/peers/charts)\n"
     "  --bodies             only piles of boxes against their peer, and scenes of many bodies and\n"
     "                       rods\n"
-    "  --only WORD          of --fields and --bodies, the ones whose names hold it\n"
+    "  --ways               only scenes in more than one way: stiff parts, sleep, formulas,\n"
+    "                       threads\n"
+    "  --only WORD          of --fields, --bodies and --ways, the ones whose names hold it\n"
     "  --peers              also build and time other programs on the same scene\n"
     "  --simd sse2|fma|avx2|avx512    kernel and peers with that instruction set (the best here)\n"
     "  --json, --markdown   the same tables in another form\n";
@@ -101,6 +103,8 @@ Options parse_options(int argc, char** argv) {
       options.charts = value();
     else if (argument == "--bodies")
       options.only_bodies = true;
+    else if (argument == "--ways")
+      options.only_ways = true;
     else if (argument == "--peers")
       options.peers = true;
     else if (argument == "--simd")

@@ -15,7 +15,7 @@ struct Options {
   Format format = Format::kText;
   bool peers = false, help = false;
   bool only_implicit = false, only_contact = false, only_fluid = false, only_fields = false,
-       only_bodies = false, only_solids = false;
+       only_bodies = false, only_solids = false, only_ways = false;
   bool quick = false;
   std::string only;    // of the problems of first order, and of bodies, those whose names hold it
   std::string charts;  // a folder for theirs; empty = beside the peers

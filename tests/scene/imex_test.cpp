@@ -116,6 +116,33 @@ TEST_CASE("imex finds the springs of a stiff seam and no others") {
   }
 }
 
+TEST_CASE("imex leaves soft springs between stiff chains explicit, but not between stiff trusses") {
+  sim::Registry registry = make_registry();
+  constexpr int kKnots = 4;
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.particles->list.resize(2 * kKnots);
+  sim::PartSpec masts = make_springs("mast", 1e6), cables = make_springs("cable", 200);
+  for (int k = 0; k < kKnots; ++k)
+    for (const int mast : {0, 1}) {
+      spec.particles->list[static_cast<std::size_t>(mast * kKnots + k)].position = {
+          1.0 * mast, 0.25 * k, 0};
+      if (k > 0) masts.elements.add({mast * kKnots + k - 1, mast * kKnots + k});
+    }
+  spec.particles->pinned = {0, kKnots};
+  cables.elements.add({kKnots - 1, 2 * kKnots - 1});
+  cables.elements.add({kKnots - 2, 2 * kKnots - 2});
+  spec.forces = {make_gravity(), masts, cables};
+  const sim::RunOptions options{.integrator = "imex", .dt = 0.005};
+  const sim::Simulation chains(spec, registry, options);
+  CHECK(first_note(chains).find("6 of 8 springs on 8 of 8 particles") != std::string::npos);
+
+  for (const int mast : {0, 1})
+    for (int k = 2; k < kKnots; ++k)
+      spec.forces[1].elements.add({mast * kKnots + k - 2, mast * kKnots + k});
+  const sim::Simulation trusses(spec, registry, options);
+  CHECK(first_note(trusses).find("12 of 12 springs") != std::string::npos);
+}
+
 TEST_CASE("a scene says which forces imex takes implicitly") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_seam(8, 1e6);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kShareOfLimit = 0.8;  // of 2 / omega, that the soft part may use
 constexpr double kKickLimit = 4;       // h times the decay of velocities that its kicks stand
-constexpr double kMost = 0.5;          // of the springs; where more are stiff all are
+constexpr double kMost = 0.5;          // of the springs, that are stiff beside soft ones
 constexpr double kBinsOfTwo = 8;       // thresholds to each factor of 2
 
 // A part of a force that belongs to another system.
@@ -284,9 +284,13 @@ Partition StiffPart::choose(double t, double h, const double* x) {
   // Springs that the scene keeps soft may exceed the limit whatever the partition.
   if (low == cuts.size() && !stands(with_cut(0))) return with_cut(most);
   const double cut = low < cuts.size() ? cuts[low] : 0;
+  // Chains and trees are eliminated without fill, so soft springs between them would only cost.
+  const long stiff = springs.from(cut);
   const bool most_of_them =
-      static_cast<double>(springs.from(cut)) > kMost * static_cast<double>(springs.all());
-  return with_cut(most_of_them ? 0 : cut);
+      static_cast<double>(stiff) > kMost * static_cast<double>(springs.all());
+  const bool as_trees =
+      stiff < springs.all() && stiff <= std::ssize(stiff_particles(with_cut(cut)));
+  return with_cut(most_of_them && !as_trees ? 0 : cut);
 }
 
 PartitionCount StiffPart::count(const Partition& partition) const {
