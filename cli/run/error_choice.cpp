@@ -51,6 +51,9 @@ std::string quantity_of(const RunRequest& request) {
 }
 
 std::string horizon_text(const GoalChoice& choice) {
+  if (!std::isnan(choice.missed_at))
+    return "not known beyond t = " + brief(choice.missed_at, 4) +
+           " s: no step has seen a pulse of a force there";
   return "kept until t = " + brief(choice.horizon, 3) + " s" +
          (choice.chaotic ? "; beyond it neighbouring motions part, and no step helps" : "");
 }
@@ -229,12 +232,14 @@ study::RunDeviation parting_of(const std::optional<GoalChoice>& made, const RunR
 void check_error_kept(const std::optional<GoalChoice>& made, const RunRequest& request) {
   if (!made) return;
   const GoalChoice& choice = *made;
-  if (choice.kept || !choice.asked || request.until_horizon) return;
+  const bool missed_pulse = !std::isnan(choice.missed_at);
+  if (choice.kept || !choice.asked || (request.until_horizon && !missed_pulse)) return;
   throw Error(ErrorKind::kCheck,
               {"check failed", choice.system + ", error",
                goal_amount(choice, choice.allowed, 3) + " is " + horizon_text(choice),
-               choice.chaotic ? "add --until-horizon, or judge a quantity with --of"
-                              : "allow a larger error, or add --until-horizon"});
+               missed_pulse     ? "add -i verlet -d with a step below the length of the pulse"
+               : choice.chaotic ? "add --until-horizon, or judge a quantity with --of"
+                                : "allow a larger error, or add --until-horizon"});
 }
 
 }  // namespace sim::cli

@@ -21,6 +21,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
+#include "core/report/goal_report.h"
 #include "core/report/replays.h"
 #include "core/report/summary.h"
 
@@ -124,7 +125,7 @@ Run::Run(const RunRequest& request, LoadedScene& scene, std::span<const Account>
                    "give a later --time, which counts from the start of the first run"});
     if (!replays_) shorten(length, tracks_.back());
     if (study::RunDeviation known = parting_of(choices_[i], request); known.verified())
-      tracks_.back().verified_by(std::move(known));
+      tracks_.back().verified_by(std::move(known), choices_[i]->allowed);
     tracks_.back().judge(figures_of(scene.spec.systems[i], request.of));
     if (!accounts.empty()) {
       tracks_.back().continue_from(accounts[i].start_energy, accounts[i].work);
@@ -266,6 +267,8 @@ void Run::verify() {
                  << std::flush;
   };
   study::verify(request_.verify, tracks_, seconds_, SessionSignals::any, say);
+  for (std::size_t i = 0; i < choices_.size(); ++i)
+    if (choices_[i]) report::take_missed_pulse(tracks_[i], *choices_[i]);
 }
 
 // The last frames of a run that an error ended. A repeated error was reported.

@@ -105,7 +105,7 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
     }
     if (!chosen || !scene.choices[i]) continue;
     study::RunDeviation known = report::goal_deviation(*scene.choices[i], scene.chosen.of);
-    if (known.verified()) tracks.back().verified_by(std::move(known));
+    if (known.verified()) tracks.back().verified_by(std::move(known), scene.choices[i]->allowed);
   }
   running = &tracks;
   const Clock::time_point begin = Clock::now();
@@ -140,6 +140,8 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
   scene.seconds = seconds();
   what = "verification";
   if (!watcher.told()) study::verify(plan, tracks, scene.seconds, stop);
+  for (std::size_t i = 0; chosen && i < tracks.size(); ++i)
+    if (scene.choices[i]) report::take_missed_pulse(tracks[i], *scene.choices[i]);
   std::vector<study::Verdict> verdicts;
   for (Track& track : tracks) verdicts.push_back(track.verdict());
   scene.summary = report::summary_json(loaded, tracks, scene.seconds, {},

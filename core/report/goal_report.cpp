@@ -64,4 +64,8 @@ study::RunDeviation goal_deviation(const GoalChoice& choice, const std::string& 
   return deviation;
 }
 
+void take_missed_pulse(const study::Track& track, GoalChoice& choice) {
+  if (const double t = track.missed_pulse(); !std::isnan(t)) choice.miss_pulse(t);
+}
+
 }  // namespace sim::report

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/study/accuracy/error_goal.h"
+#include "core/study/run/track.h"
 #include "core/study/verdict/run_deviation.h"
 
 namespace sim::report {
@@ -25,5 +26,8 @@ std::string goal_options(const study::GoalChoice& choice, const std::optional<do
 // The deviation that the choice measured, for the verdict on its run; not compared if the error is
 // not kept or does not concern positions.
 study::RunDeviation goal_deviation(const study::GoalChoice& choice, const std::string& of);
+
+// The error of the choice is known until the pulse that its run has missed, if it has.
+void take_missed_pulse(const study::Track& track, study::GoalChoice& choice);
 
 }  // namespace sim::report

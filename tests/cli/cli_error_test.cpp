@@ -108,6 +108,53 @@ TEST_CASE("an error that chaos does not let keep ends with 8, or the run before 
   CHECK_FALSE(has(shorter.out, "\"t\":40,"));
 }
 
+// A push of 1 N s within 0.01 s, far below the size of a fall of 176 m, that long steps go past.
+TEST_CASE("an error is not kept beyond a pulse that no step has seen", "[cli][error]") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "push.lua").string();
+  write_text(file,
+             "local sim = require 'sim'\n"
+             "local p = sim.particles { mass = 1 }\n"
+             "p:add({0, 0, 0}, { velocity = {1, 0, 0} })\n"
+             "return sim.scene { name = 'push', particles = p, integrator = 'rk4', dt = 0.01,\n"
+             "  duration = 6, forces = { sim.force.gravity { g = {0, -9.81, 0} },\n"
+             "  sim.force.expression { fx = '100*step(t - 3.1)*step(3.11 - t)' } } }\n");
+  for (const char* more : {"--json", "--until-horizon"}) {
+    const Outcome outcome = run_sim({file, "--error", "1%", "-q", more});
+    INFO(outcome.err);
+    CHECK(outcome.code == 8);
+    CHECK(has(outcome.err, "suspect: a force has a pulse near t = 3.1"));
+    CHECK(has(outcome.err, "check failed: push, error: "));
+    CHECK(has(outcome.err, "no step has seen a pulse"));
+    CHECK(has(outcome.out, "\"kept\":false") == (more == std::string("--json")));
+  }
+  const Outcome fine = run_sim({file, "--error", "1%", "-i", "verlet", "-d", "1e-4", "-q"});
+  INFO(fine.err);
+  CHECK(fine.code == 0);
+}
+
+// Steps of verlet are off by 2 % of the velocity within this pulse, which seven of them see.
+TEST_CASE("an error is kept through a pulse that steps have seen", "[cli][error]") {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "pulse.lua").string();
+  write_text(file,
+             "local sim = require 'sim'\n"
+             "local p = sim.particles { mass = 0.5 }\n"
+             "p:add({0, 0, 0}) p:add({1, 0, 0}) p:pin(0)\n"
+             "return sim.scene { particles = p, integrator = 'verlet', dt = 6 / 420,\n"
+             "  duration = 6, forces = { sim.force.spring { stiffness = 0.5, rest = 0.8,\n"
+             "  ties = { {0, 1} } }, sim.force.expression {\n"
+             "  fx = '40*exp(-((t-4.357)/0.0275)^2)', fy = '0', fz = '0' } } }\n");
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--error", "0.1%"}}) {
+    std::vector<std::string> words{file, "-q"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run_sim(words);
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK_FALSE(has(outcome.err, "pulse"));
+  }
+}
+
 TEST_CASE("auto without a step or a tolerance keeps 0.1 % of the size", "[cli][error]") {
   const auto run = [](std::vector<std::string> more) {
     std::vector<std::string> words{"scenes/cloth.lua", "-T", "0.5", "--json", "-q"};

@@ -83,7 +83,7 @@ TEST_CASE("a pulse is looked for also where positions were verified before") {
     sim::study::RunDeviation known;
     known.outcome = sim::study::RunDeviation::Outcome::kCompared;
     known.error = known.at_end = known.share = 1e-6;
-    tracks[0].verified_by(std::move(known));
+    tracks[0].verified_by(std::move(known), HUGE_VAL);
     CHECK_FALSE(verify_beside({}, tracks, 1, go_on));
     follow(tracks[0], go_on);
     int told = 0;

@@ -452,6 +452,12 @@ MethodChoice GoalChoice::integrator() const {
   return choice;
 }
 
+void GoalChoice::miss_pulse(double t) {
+  kept = false;
+  missed_at = t;
+  horizon = std::min(horizon, t);
+}
+
 std::optional<RequiredError> required_error(const SystemSpec& spec, const MethodChoice& named,
                                             double dt, Registry& registry) {
   if (has_tolerance(named)) return {};

@@ -59,13 +59,16 @@ struct GoalChoice {
   double trials = 0;              // cost of all trials
   int mended = 0;                 // how often a run missed and a finer one was taken
   bool kept = false;
-  bool asked = true;          // see RequiredError
-  double horizon = HUGE_VAL;  // s, until when it is kept
-  bool chaotic = false;       // neighbours part, so that no step helps
-  bool complete = false;      // false: told to end
+  bool asked = true;                // see RequiredError
+  double horizon = HUGE_VAL;        // s, until when it is kept
+  bool chaotic = false;             // neighbours part, so that no step helps
+  bool complete = false;            // false: told to end
+  double missed_at = std::nan("");  // s, of a pulse of a force that no step of the run has seen
 
   // The run as a user would ask for it.
   MethodChoice integrator() const;
+  // The run has gone past a pulse at that time, s: the error is known until then.
+  void miss_pulse(double t);
 };
 
 // Throws Error{kUsage} if no method is left to choose from.

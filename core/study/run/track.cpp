@@ -181,13 +181,14 @@ bool Track::verify_beside(const std::function<bool()>& stop, bool early) {
 void Track::verify(const std::function<bool()>& stop, ComparisonEffort effort) {
   if (!shadow_ || !diverged_.empty() || energy_unknown_ || interrupted_) return;
   if (verified_before_)
-    shadow_->look_for_pulses(parting_);
+    shadow_->look_for_pulses(parting_, allowed_);
   else
     parting_ = shadow_->compare(stop, effort);
 }
 
-void Track::verified_by(study::RunDeviation parting) {
+void Track::verified_by(study::RunDeviation parting, double allowed) {
   parting_ = std::move(parting);
+  allowed_ = allowed;
   verified_before_ = true;
 }
 

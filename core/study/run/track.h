@@ -72,9 +72,11 @@ class Track {
   void verify(const std::function<bool()>& stop, ComparisonEffort effort = {});
   bool verified() const { return parting_.verified(); }
   bool compared() const { return !std::isnan(parting_.error); }  // or a part of it
-  // It was measured on a run of the same bits; pulses are still looked for.
-  void verified_by(study::RunDeviation parting);
+  // It was measured on a run of the same bits; pulses that move anything by more than `allowed`, m,
+  // are still looked for.
+  void verified_by(study::RunDeviation parting, double allowed);
   bool verified_before() const { return verified_before_; }
+  double missed_pulse() const { return parting_.missed_at; }  // s; not a number: none is known
   bool chaotic() const { return parting_.chaotic(); }
   void leave_unverified(std::string why);  // there will be no shadow; the verdict says why
   void doubt_start(std::string why) { doubt_ = std::move(why); }  // see Account::doubt
@@ -105,6 +107,7 @@ class Track {
   Monitor monitor_;
   std::optional<StepDoubling> shadow_;
   RunDeviation parting_;
+  double allowed_ = HUGE_VAL;                  // see verified_by()
   std::string unverified_, diverged_, doubt_;  // why it has no shadow, why it diverged, see above
   bool looked_ = false, energy_unknown_ = false;  // beyond the range of numbers from the start
   bool keeps_steps_ = false, interrupted_ = false, work_known_ = true, stuck_ = false;

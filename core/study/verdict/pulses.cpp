@@ -50,15 +50,15 @@ std::optional<std::vector<double>> StepDoubling::resolved(std::size_t frame, int
   return std::vector(fine.state().begin(), fine.state().end());
 }
 
-void StepDoubling::look_for_pulses(RunDeviation& result) const {
+void StepDoubling::look_for_pulses(RunDeviation& result, double allowed) const {
   if (!may_jump_ || frames_.size() < 2) return;
   RefinedRun fresh = make_refined_run(plan(double(frames_.back().at.step - start_.step)));
-  look_for_pulses(fresh.system(), result);
+  look_for_pulses(fresh.system(), allowed, result);
 }
 
 // Samples the right-hand side at many times between two states, at the first of them. If a sample
 // is far from all values at the states, fine steps show whether the next state lacks its integral.
-void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) const {
+void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const {
   if (!may_jump_) return;
   constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
   constexpr int kFewest = 4, kFine = 1000;             // of an interval
@@ -117,11 +117,14 @@ void StepDoubling::look_for_pulses(Simulation& shadow, RunDeviation& result) con
     std::ranges::nth_element(values, values.begin() + kFine / 2);
     // A missing velocity becomes a displacement by the end.
     const double lasting = run_->second_order() ? frames_.back().at.t - to.at.t + span : 1;
-    // A long pulse may be the usual value there, a short one may act at the first state.
+    // A long pulse may be the median there, a short one may act at the first state. Where it does
+    // both, steps have seen it.
     std::optional<std::vector<double>> fine;
     for (const double usual_here : {here[c], values[kFine / 2]}) {
+      if (std::abs(usual_here) > kFar * usual) continue;
       const double impulse = span * (mean - usual_here);
-      if (!(std::abs(impulse) * lasting > RunDeviation::kWrong * size_at(to))) continue;
+      const double wrong = std::min(allowed, RunDeviation::kWrong * size_at(to));
+      if (!(std::abs(impulse) * lasting > wrong)) continue;
       if (!fine) fine = resolved(k, kFine);
       if (!fine) break;
       const double missing = (*fine)[c] - to.seen.state[c];

@@ -363,7 +363,7 @@ RunDeviation StepDoubling::compare(const std::function<bool()>& stop, Comparison
   const double known = std::max(result.error, RunDeviation::kNeighbour * size_at(frames_.front()));
   if (RunDeviation::kWrong * result.pinch.margin < known) result.pinched_at = shadow.pinched_at();
   if (effort.spread && result.until == HUGE_VAL && result.chaotic()) ask_neighbours(stop, result);
-  if (result.until == HUGE_VAL) look_for_pulses(shadow.system(), result);
+  if (result.until == HUGE_VAL) look_for_pulses(shadow.system(), HUGE_VAL, result);
   return result;
 }
 

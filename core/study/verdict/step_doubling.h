@@ -46,8 +46,9 @@ class StepDoubling {
   // states compared until then.
   RunDeviation compare(const std::function<bool()>& stop, ComparisonEffort effort = {});
 
-  // Searches for forces that depend on time alone and acted between all steps, as compare() does.
-  void look_for_pulses(RunDeviation& result) const;
+  // Searches for forces that depend on time alone and acted between all steps, as compare() does,
+  // if they move anything by more than `allowed`.
+  void look_for_pulses(RunDeviation& result, double allowed) const;
 
  private:
   struct Frame {
@@ -89,7 +90,7 @@ class StepDoubling {
   void look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
                       RunDeviation& result) const;
   void ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const;
-  void look_for_pulses(Simulation& shadow, RunDeviation& result) const;
+  void look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const;
   // Records an error at that frame; returns the size of the scene there.
   double take_error(double error, const Frame& frame, RunDeviation& result) const;
   std::optional<std::vector<double>> resolved(std::size_t frame, int steps) const;
