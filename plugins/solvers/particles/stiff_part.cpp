@@ -18,6 +18,7 @@ namespace {
 constexpr double kShareOfLimit = 0.8;  // of 2 / omega, that the soft part may use
 constexpr double kKickLimit = 4;       // h times the decay of velocities that its kicks stand
 constexpr double kMost = 0.5;          // of the springs, that are stiff beside soft ones
+constexpr double kApart = 0.5;         // of the limit, of what is soft between stiff trees
 constexpr double kBinsOfTwo = 8;       // thresholds to each factor of 2
 
 // A part of a force that belongs to another system.
@@ -260,9 +261,9 @@ Partition StiffPart::choose(double t, double h, const double* x) {
                                  said(*forces[i]).value_or(rates[i] >= cut));
     return partition;
   };
-  const auto stands = [&](const Partition& partition) {
+  const auto stands = [&](const Partition& partition, double share = 1) {
     const auto soft = soft_system(partition, x);
-    return fastest_rate(*soft, t, x) <= most;
+    return fastest_rate(*soft, t, x) <= share * most;
   };
   const Partition none = with_cut(HUGE_VAL);
   if (asked ? stands(none) : fastest_rate(*system_, t, x) <= most) return none;
@@ -286,11 +287,12 @@ Partition StiffPart::choose(double t, double h, const double* x) {
   const double cut = low < cuts.size() ? cuts[low] : 0;
   // Chains and trees are eliminated without fill, so soft springs between them would only cost.
   const long stiff = springs.from(cut);
-  const bool most_of_them =
-      static_cast<double>(stiff) > kMost * static_cast<double>(springs.all());
-  const bool as_trees =
-      stiff < springs.all() && stiff <= std::ssize(stiff_particles(with_cut(cut)));
-  return with_cut(most_of_them && !as_trees ? 0 : cut);
+  const bool most_of_them = static_cast<double>(stiff) > kMost * static_cast<double>(springs.all());
+  const auto as_trees = [&] {
+    return stiff < springs.all() && stiff <= std::ssize(stiff_particles(with_cut(cut))) &&
+           stands(with_cut(cut), kApart);
+  };
+  return with_cut(most_of_them && !as_trees() ? 0 : cut);
 }
 
 PartitionCount StiffPart::count(const Partition& partition) const {

@@ -58,8 +58,8 @@ class StiffPart {
   StiffPart(Particles& system, Said said) : system_(&system), said_(std::move(said)) {}
 
   // Explicit kicks of size h are stable on the fastest mode of the soft part, which has as many
-  // springs as possible. If most would be stiff, all are, unless those are chains and trees. The
-  // scene's own choices are kept.
+  // springs as possible. If most would be stiff, all are, unless those are chains and trees
+  // far above the rest. The scene's own choices are kept.
   Partition choose(double t, double h, const double* x);
 
   PartitionCount count(const Partition& partition) const;

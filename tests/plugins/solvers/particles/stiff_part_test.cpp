@@ -139,9 +139,10 @@ TEST_CASE("springs beyond the limit of the step are stiff, and no others", "[par
   CHECK(row.ends == std::vector<int>{2, 3});
   CHECK(row.partition.cut == Approx(100));
   CHECK(row.partition.step == Masses::kStep);
-  // Half of them may be stiff; where more would be, all are.
+  // Half of them may be stiff; where more would be, all are, but for trees far above the rest.
   CHECK(pairs({200, 110, 5, 99}).counted.stiff_springs == 2);
-  CHECK(pairs({200, 110, 0.5}).counted.stiff_springs == 3);
+  CHECK(pairs({200, 110, 60}).counted.stiff_springs == 3);
+  CHECK(pairs({200, 110, 40}).counted.stiff_springs == 2);
   CHECK(pairs({200}).counted.stiff_springs == 1);
 }
 
