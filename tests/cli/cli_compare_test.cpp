@@ -85,7 +85,8 @@ TEST_CASE("sim compare gives each method its step") {
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
     std::vector<double> list;
-    for (const Json& each : read_json(outcome.out).at("methods").list)
+    const Json answer = read_json(outcome.out);
+    for (const Json& each : answer.at("methods").list)
       list.push_back(each.at("steps").number);
     return list;
   };
