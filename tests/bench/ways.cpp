@@ -15,7 +15,7 @@ constexpr double kRepeat = 0.25;  // s: lists of near pairs are made several tim
 
 using Settings = std::map<std::string, std::string>;
 
-struct Way {
+struct Variant {
   std::string name;
   sim::SystemSpec spec;
   sim::RunOptions options;
@@ -24,7 +24,7 @@ struct Way {
 struct Race {
   std::string scene;
   double from = 0;  // s: where timing begins
-  std::vector<Way> ways;
+  std::vector<Variant> ways;
 };
 
 sim::SystemSpec load(const std::string& path, const Settings& settings, sim::Registry& registry) {
@@ -36,7 +36,7 @@ sim::SystemSpec load(const std::string& path, const Settings& settings, sim::Reg
 
 Race hall(sim::Registry& registry) {
   const auto of = [&](const char* name, const char* count, const char* sleep) {
-    return Way{name, load("rest/hall.lua", {{"count", count}, {"sleep", sleep}}, registry), {}};
+    return Variant{name, load("rest/hall.lua", {{"count", count}, {"sleep", sleep}}, registry), {}};
   };
   return {"hall",
           3,  // by then, all but the one that moves are asleep
@@ -47,9 +47,9 @@ Race hall(sim::Registry& registry) {
 Race seam(sim::Registry& registry) {
   const auto of = [&](const std::string& name, const char* stiffness, const char* method,
                       double dt) {
-    return Way{name,
-               load("stiff/seam.lua", {{"seam", stiffness}}, registry),
-               {.integrator = {method, {}}, .dt = dt}};
+    return Variant{name,
+                   load("stiff/seam.lua", {{"seam", stiffness}}, registry),
+                   {.integrator = {method, {}}, .dt = dt}};
   };
   constexpr double kStep = 0.001;
   Race race{"seam", 0.2, {of("none, verlet", "0", "verlet", kStep)}};
@@ -82,7 +82,8 @@ Race liquid(int n, sim::Registry& registry) {
   const sim::SystemSpec law = load_gas(n, registry);
   sim::SystemSpec formula = law;
   sim::PartSpec& force = formula.forces.front();
-  const double cutoff = number_of(force.given.at("cutoff")), skin = 0.3;
+  const double cutoff = number_of(force.given.at("cutoff"));
+  const double skin = number_of(force.given.at("skin"));
   force.plugin = "expression";
   force.given = {{"energy", std::string("4 * (r^-12 - r^-6)")}, {"cutoff", cutoff}, {"skin", skin}};
   return {"liquid, " + std::to_string(n * n * n),
@@ -104,10 +105,10 @@ Race solid(sim::Registry& registry) {
 }
 
 void run_race(const Race& race, const Options& options, sim::Registry& registry,
-              std::vector<WayResult>& results) {
+              std::vector<VariantResult>& results) {
   std::cerr << "bench: " << race.scene << "\n";
   std::vector<sim::Simulation> simulations;
-  for (const Way& way : race.ways) simulations.emplace_back(way.spec, registry, way.options);
+  for (const Variant& way : race.ways) simulations.emplace_back(way.spec, registry, way.options);
   std::vector<Contestant> contestants;
   for (sim::Simulation& each : simulations) {
     contestants.push_back(contestant(each));
@@ -124,9 +125,9 @@ void run_race(const Race& race, const Options& options, sim::Registry& registry,
 
 }  // namespace
 
-std::vector<WayResult> measure_ways(const Options& options, sim::Registry& registry) {
+std::vector<VariantResult> measure_ways(const Options& options, sim::Registry& registry) {
   constexpr int kSides[] = {10, 22, 40};  // of a liquid, in particles
-  std::vector<WayResult> results;
+  std::vector<VariantResult> results;
   const auto run = [&](const std::string& name, auto make) {
     if (name.find(options.only) != std::string::npos) run_race(make(), options, registry, results);
   };
@@ -140,7 +141,7 @@ std::vector<WayResult> measure_ways(const Options& options, sim::Registry& regis
   return results;
 }
 
-Table way_table(const std::vector<WayResult>& results) {
+Table way_table(const std::vector<VariantResult>& results) {
   Table table("ways", "The same scene in more than one way, one thread unless said",
               {{"scene", "scene", false},
                {"way", "way", false},
@@ -150,7 +151,7 @@ Table way_table(const std::vector<WayResult>& results) {
                {"min", "us_min"},
                {"ms a second", "ms_per_second"},
                {"x first", "times_first"}});
-  for (const WayResult& r : results)
+  for (const VariantResult& r : results)
     table.add({r.scene, r.way, std::to_string(r.particles), short_number(1e3 * r.h),
                short_number(1e6 * r.times.median), short_number(1e6 * r.times.least),
                short_number(1e3 * r.times.median / r.h), short_number(r.ratio)});

@@ -12,7 +12,7 @@
 
 namespace sim_bench {
 
-struct WayResult {
+struct VariantResult {
   std::string scene, way;
   int particles = 0;
   double h = 0;      // s
@@ -21,7 +21,7 @@ struct WayResult {
 };
 
 // Measures the scenes whose names hold `options.only`, the ways of each in turns.
-std::vector<WayResult> measure_ways(const Options& options, sim::Registry& registry);
-Table way_table(const std::vector<WayResult>& results);
+std::vector<VariantResult> measure_ways(const Options& options, sim::Registry& registry);
+Table way_table(const std::vector<VariantResult>& results);
 
 }  // namespace sim_bench
