@@ -12,6 +12,7 @@ namespace sim_test {
 struct Judged {
   sim::study::RunDeviation deviation;
   sim::study::Verdict verdict;
+  std::vector<double> end{};  // positions at the last state
 };
 
 // Runs `steps` steps as sim does, with `looks` looks, and then the shadow, or from step `beside`
@@ -36,7 +37,7 @@ inline Judged judged(const sim::SystemSpec& spec, const sim::RunOptions& options
       CHECK(shadow.follow_beside([] { return false; }));
   }
   const std::uint64_t hash = system.hash();
-  Judged result;
+  Judged result{.end = sim::study::positions(system)};
   result.deviation = shadow.compare([] { return false; });
   CHECK(system.hash() == hash);  // the run itself is left alone
   result.verdict = monitor.verdict(result.deviation);

@@ -12,6 +12,7 @@
 #include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/limits/step_limit.h"
+#include "core/study/verdict/pulses.h"
 
 namespace sim::study {
 namespace {
@@ -31,6 +32,7 @@ constexpr double kAim = 0.7;            // of the error allowed
 constexpr double kCheckCost = 4;        // times that of the choice may take its check
 constexpr double kFamiliesAgree = 2;    // times the sum of both errors two families may differ
 constexpr double kMeaningful = 0.1;  // of the size: an error above it tells nothing of finer runs
+constexpr double kInPulse = 4;       // steps in the shortest pulse, at least
 constexpr int kMostMendings = 3;
 constexpr double kMostTimesFiner = 64;  // steps more at once
 
@@ -78,6 +80,10 @@ class Chooser {
     return error_course(problem_, a.finest(), b.finest()).most;
   }
   bool agrees(MethodTrials& chosen, MethodTrials& check);
+  // True if steps may be longer than a pulse, whatever the tolerance.
+  bool may_miss_pulse(const MethodTrials& each) const {
+    return pulse_ < HUGE_VAL && Refinement(each.method()).by_tolerance();
+  }
   MethodTrials* choose_checked();
   double kept_until(const ErrorCourse& course, double allowed) const;
   void run_whole(MethodTrials& chosen, int most_mendings);
@@ -94,7 +100,8 @@ class Chooser {
   double step_ = 0;    // s, that the scene or the goal asks for
   double weight_ = 1;  // evaluations of 64 particles that one takes
   std::clock_t begin_ = std::clock();
-  double lost_ = 0;  // s, of trials that were given up
+  double lost_ = 0;          // s, of trials that were given up
+  double pulse_ = HUGE_VAL;  // s, the shortest
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
   GoalChoice result_;
@@ -112,6 +119,7 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
   weight_ = std::max(1.0, std::max(system.particles(), system.components() / 3) / kTrialParticles);
   step_ = goal.dt > 0 ? goal.dt : system.h();
   corrected_ = acts_between_steps(system);
+  pulse_ = shortest_pulse(system, goal.time);
   result_.window = window_of(system);
 }
 
@@ -166,6 +174,7 @@ void Chooser::make_trials() {
     double steps = kFewest;
     if (limit && std::isfinite(*limit) && *limit > 0)
       steps = std::max(steps, std::ceil(window / (kInside * *limit)));
+    steps = std::max(steps, std::ceil(kInPulse * window / pulse_));
     trials_.emplace_back(problem_, method, window, steps, 0, corrected_, false);
   }
   if (trials_.empty())
@@ -271,7 +280,7 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   const auto rank = [&](const MethodTrials& each) {
     const bool ran = std::isfinite(each.error()),
                other = other_family(each.method(), chosen.method());
-    return std::tuple(!ran, !other, ran ? each.error() : each.next_cost());
+    return std::tuple(may_miss_pulse(each), !ran, !other, ran ? each.error() : each.next_cost());
   };
   for (MethodTrials& each : trials_) {
     if (&each == &chosen || !(std::isfinite(each.error()) || each.can_refine())) continue;
@@ -281,11 +290,16 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
 }
 
 // If two families differ by more than their error estimates, neither is believed until both are
-// refined.
+// refined; one that may have gone past a pulse is not believed any more.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
   const double off = apart(chosen, check);
   if (off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window())
     return true;
+  if (may_miss_pulse(chosen) && !may_miss_pulse(check)) {
+    chosen.doubt(off);
+    chosen.give_up();
+    return false;
+  }
   chosen.doubt(std::max(0.0, off - check.error()));
   check.doubt(std::max(0.0, off - chosen.error()));
   return false;
@@ -301,8 +315,9 @@ MethodTrials* Chooser::choose_checked() {
     const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
     // A check that is off by more than the error allowed tells nothing of a cheap run that steps
     // over what happens; it may cost more where the two differ by as much.
+    const bool must = may_miss_pulse(*chosen) && !may_miss_pulse(*check);
     while (check->error() > in_window() && check->can_refine() && affordable(check->next_cost()) &&
-           (check->next_cost() <= most || apart(*chosen, *check) > in_window()))
+           (must || check->next_cost() <= most || apart(*chosen, *check) > in_window()))
       if (!refine(*check)) return nullptr;
     if (agrees(*chosen, *check)) break;
     for (MethodTrials* each : {chosen, check})
@@ -363,7 +378,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     // Both runs may step over the same event; trials of other methods that know better say so.
     for (const MethodTrials& other : trials_) {
       const bool knows = &other != &chosen && result_.window == result_.time &&
-                         other.own_error() <= result_.allowed;
+                         other.own_error() <= result_.allowed && !may_miss_pulse(other);
       if (!knows) continue;
       const ErrorCourse against = error_course(problem_, run, other.finest());
       const double most = kFamiliesAgree * (result_.allowed + other.own_error());

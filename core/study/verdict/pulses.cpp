@@ -1,16 +1,57 @@
-// Pulses: a force that depends on time alone can be so short that no stage of a step sees it.
+// A pulse can be so short that no stage of a step sees it.
+#include "core/study/verdict/pulses.h"
+
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
+#include "core/particles/particle_system.h"
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/verdict/step_doubling.h"
 
 namespace sim::study {
+
+// An excess of the right-hand side between two frames.
+struct StepDoubling::Pulse {
+  std::size_t frame, number;     // the one before; among the driven ones
+  double at;                     // s
+  std::vector<double> impulses;  // its integral, beside what may be the usual value
+  std::ptrdiff_t samples;        // that show it
+  double lasting;                // s, of a velocity until the end; 1 of another number
+  double moved;                  // by the largest until the end, m, or a number, if no step saw it
+};
+
 namespace {
 
-// The numbers of X whose rates of change are forces or right-hand sides.
+constexpr int kFine = 1000;  // samples and steps between two frames
+constexpr double kFar = 3;   // of the usual size of f: a value that belongs to a pulse
+
+// The largest of those numbers, or their largest distance from others.
+double largest_of(const std::vector<std::size_t>& numbers, const Array& values,
+                  const Array* other = nullptr) {
+  double most = 0;
+  for (const std::size_t i : numbers)
+    most = std::max(most, std::abs(values[i] - (other ? (*other)[i] : 0)));
+  return most;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace
+
+bool may_have_pulses(Simulation& run) {
+  const ParticleSystem* particles = particles_of(run);
+  return !particles || std::ranges::any_of(particles->other_forces(), [](const Force* force) {
+    return !force->conservative() && !force->has_dissipative_part() && !force->springs();
+  });
+}
+
 std::vector<std::size_t> driven_numbers(const Simulation& run) {
   std::vector<std::size_t> numbers;
   const StateShape& shape = run.shape();
@@ -20,7 +61,48 @@ std::vector<std::size_t> driven_numbers(const Simulation& run) {
   return numbers;
 }
 
-}  // namespace
+double shortest_pulse(Simulation& run, double time) {
+  if (!may_have_pulses(run)) return HUGE_VAL;
+  constexpr double kMostSamples = 20'000, kFewest = 200, kWork = 3e5;
+  const int samples =
+      static_cast<int>(std::clamp(kWork / std::max(1, run.particles()), kFewest, kMostSamples));
+  OdeSystem& system = run.ode();
+  const std::vector<std::size_t> numbers = driven_numbers(run);
+  Array y(system.size()), rate(system.size()), usual_rate(system.size());
+  const double* x = run.state().data();
+  const auto rate_at = [&](double t, Array& out) {
+    system.eval(t, {x, {}}, y.data(), out.data());
+    return largest_of(numbers, out);
+  };
+  const double start = run.t(), spacing = time / samples;
+  Noise noise;
+  std::vector<double> times, sizes;
+  for (int i = 0; i < samples; ++i) {
+    times.push_back(start + spacing * (i + noise.next() + 0.5));
+    sizes.push_back(rate_at(times.back(), rate));
+  }
+  const double usual = median(sizes);
+  const auto quiet = std::ranges::find_if(sizes, [&](double size) { return size <= kFar * usual; });
+  if (quiet == sizes.end()) return HUGE_VAL;
+  rate_at(times[static_cast<std::size_t>(quiet - sizes.begin())], usual_rate);
+  const auto in_pulse = [&](double t) {
+    rate_at(t, rate);
+    return largest_of(numbers, rate, &usual_rate) > kFar * usual;
+  };
+  double shortest = HUGE_VAL;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!in_pulse(times[i])) continue;
+    const std::size_t first = i;
+    while (i + 1 < times.size() && in_pulse(times[i + 1])) ++i;
+    if (times[i] - times[first] >= std::min(shortest, kFar * spacing * kFine)) continue;
+    // Its ends lie up to two spacings away.
+    const double low = times[first] - 2 * spacing, width = times[i] - times[first] + 4 * spacing;
+    int inside = 0;
+    for (int k = 0; k < kFine; ++k) inside += in_pulse(low + width * (k + 0.5) / kFine) ? 1 : 0;
+    shortest = std::min(shortest, width * std::max(1, inside) / kFine);
+  }
+  return shortest;
+}
 
 // Goes from one frame to the next in so many steps, whatever the method would choose; empty if one
 // fails.
@@ -56,39 +138,32 @@ void StepDoubling::look_for_pulses(RunDeviation& result, double allowed) const {
   look_for_pulses(fresh.system(), allowed, result);
 }
 
-// Samples the right-hand side at many times between two states, at the first of them. If a sample
-// is far from all values at the states, fine steps show whether the next state lacks its integral.
-void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const {
-  if (!may_jump_) return;
+// The number of evaluations that cost about as much as the run.
+double StepDoubling::affordable() const {
   constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
-  constexpr int kFewest = 4, kFine = 1000;             // of an interval
-  constexpr double kFar = 3, kSame = 0.5;
-  OdeSystem& system = shadow.ode();
+  if (!run_->second_order()) return kMostProbes;
+  return std::min(kMostProbes,
+                  std::max(kWork / std::max(1, run_->particles()), double(evaluations_of(*run_))));
+}
+
+// Samples the right-hand side at many times between two states, at the first of them, and
+// integrates it where a sample is far from all values at the states.
+std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) const {
+  constexpr int kFewest = 4;  // samples between two frames
   const std::size_t n = system.size();
   const std::vector<std::size_t> numbers = driven_numbers(*run_);
   Array y(n), rate(n), here(n);
   const auto rate_at = [&](double t, const Frame& frame, Array& out) {
     system.eval(t, {frame.seen.state.data(), {}}, y.data(), out.data());
   };
-  const auto largest = [&](const Array& values, const Array* other) {
-    double most = 0;
-    for (const std::size_t i : numbers)
-      most = std::max(most, std::abs(values[i] - (other ? (*other)[i] : 0)));
-    return most;
-  };
   std::vector<double> sizes;
   for (const Frame& frame : frames_) {
     rate_at(frame.at.t, frame, rate);
-    sizes.push_back(largest(rate, nullptr));
+    sizes.push_back(largest_of(numbers, rate));
   }
-  std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
-  const double usual = sizes[sizes.size() / 2];
-  // The number of samples that cost about as much as the run.
-  const double afforded =
-      run_->second_order() ? std::min(kMostProbes, std::max(kWork / std::max(1, run_->particles()),
-                                                            double(evaluations_of(*run_))))
-                           : kMostProbes;
-  const int probes = std::max(kFewest, static_cast<int>(afforded / double(frames_.size())));
+  const double usual = median(sizes);
+  const int probes = std::max(kFewest, static_cast<int>(affordable() / double(frames_.size())));
+  std::vector<Pulse> pulses;
   Noise noise;
   for (std::size_t k = 0; k + 1 < frames_.size(); ++k) {
     const Frame &from = frames_[k], &to = frames_[k + 1];
@@ -98,44 +173,90 @@ void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviat
     for (int i = 0; i < probes; ++i) {
       const double t = from.at.t + span * (i + noise.next() + 0.5) / probes;
       rate_at(t, from, rate);
-      if (largest(rate, &here) > worst) {
-        worst = largest(rate, &here);
-        at = t;
-      }
+      const double off = largest_of(numbers, rate, &here);
+      if (!(off > worst)) continue;
+      worst = off;
+      at = t;
     }
     if (std::isnan(at)) continue;
     // For the number that is furthest off, the excess over its usual values at the two states.
     rate_at(at, from, rate);
-    const std::size_t c = *std::ranges::max_element(
+    const auto furthest = std::ranges::max_element(
         numbers, {}, [&](std::size_t i) { return std::abs(rate[i] - here[i]); });
+    const std::size_t c = *furthest;
     std::vector<double> values;
     for (int i = 0; i < kFine; ++i) {
       rate_at(from.at.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
       values.push_back(rate[c]);
     }
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / kFine;
-    std::ranges::nth_element(values, values.begin() + kFine / 2);
+    const double middle = median(values);
     // A missing velocity becomes a displacement by the end.
     const double lasting = run_->second_order() ? frames_.back().at.t - to.at.t + span : 1;
     // A long pulse may be the median there, a short one may act at the first state. Where it does
     // both, steps have seen it.
-    std::optional<std::vector<double>> fine;
-    for (const double usual_here : {here[c], values[kFine / 2]}) {
+    Pulse pulse{k, static_cast<std::size_t>(furthest - numbers.begin()), at, {}, 0, lasting, 0};
+    for (const double usual_here : {here[c], middle}) {
       if (std::abs(usual_here) > kFar * usual) continue;
-      const double impulse = span * (mean - usual_here);
-      const double wrong = std::min(allowed, RunDeviation::kWrong * size_at(to));
-      if (!(std::abs(impulse) * lasting > wrong)) continue;
-      if (!fine) fine = resolved(k, kFine);
-      if (!fine) break;
-      const double missing = (*fine)[c] - to.seen.state[c];
-      if (std::abs(missing - impulse) < kSame * std::abs(impulse)) {
-        result.missed_at = at;
+      pulse.impulses.push_back(span * (mean - usual_here));
+      pulse.moved = std::max(pulse.moved, std::abs(pulse.impulses.back()) * lasting);
+      pulse.samples = std::ranges::count_if(
+          values, [&](double value) { return std::abs(value - usual_here) > kFar * usual; });
+    }
+    pulses.push_back(std::move(pulse));
+  }
+  return pulses;
+}
+
+// Fine steps show what the next state lacks of a pulse. The largest are tried first, down to those
+// that the known error covers. What is lacking moves a particle until the end, which is added to
+// that error. A pulse that most steps missed, and too large for that, is named instead.
+void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const {
+  if (!may_jump_) return;
+  constexpr double kMissed = 0.5;     // of a pulse
+  constexpr std::size_t kFewest = 4;  // pulses
+  // A fine step at either end of a pulse may take it for a step shorter or longer.
+  constexpr std::ptrdiff_t kEnough = 20, kEnds = 2;
+  const std::size_t width = run_->flat() ? 1 : 3;
+  const std::vector<std::size_t> numbers = driven_numbers(*run_);
+  std::vector<Pulse> pulses = find_pulses(shadow.ode());
+  std::ranges::stable_sort(pulses, std::greater(), &Pulse::moved);
+  const auto most = std::max(kFewest, static_cast<std::size_t>(2 * affordable() / kFine));
+  double moved = 0;
+  std::size_t tried = 0;
+  for (const Pulse& pulse : pulses) {
+    const Frame& to = frames_[pulse.frame + 1];
+    const double wrong = std::min(allowed, RunDeviation::kWrong * size_at(to));
+    if (!(pulse.moved > std::min(wrong, result.error))) continue;
+    if (!(pulse.moved > wrong) && tried >= most) continue;
+    ++tried;
+    const std::optional<std::vector<double>> fine = resolved(pulse.frame, kFine);
+    if (!fine) continue;
+    const auto lacking = [&](std::size_t k) {
+      return (*fine)[numbers[k]] - to.seen.state[numbers[k]];
+    };
+    const double own = lacking(pulse.number);
+    const bool missed = std::ranges::any_of(pulse.impulses, [&](double impulse) {
+      return std::abs(own - impulse) < kMissed * std::abs(impulse);
+    });
+    const bool partly =
+        pulse.samples >= kEnough &&
+        std::abs(own) * double(pulse.samples) * pulse.lasting > double(kEnds) * pulse.moved;
+    if (missed || partly) {
+      double square = 0;
+      const std::size_t first = pulse.number / width * width;
+      for (std::size_t k = first; k < first + width; ++k) square += lacking(k) * lacking(k);
+      moved += std::max(missed ? pulse.moved : 0, std::sqrt(square) * pulse.lasting);
+      if (missed && moved > wrong) {
+        result.missed_at = pulse.at;
         return;
       }
+    } else if (run_->flat()) {
       // Not a pulse, but an error that the refined run may share: a vibration that both damp.
-      if (run_->flat()) take_error(std::abs(missing), to, result);
+      take_error(std::abs(own), to, result);
     }
   }
+  if (moved > 0) take_error(result.error + moved, frames_.back(), result);
 }
 
 }  // namespace sim::study

@@ -11,6 +11,7 @@
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/problem.h"
 #include "core/study/verdict/criterion.h"
+#include "core/study/verdict/pulses.h"
 
 namespace sim::study {
 namespace {
@@ -95,10 +96,7 @@ StepDoubling::StepDoubling(const SystemSpec& spec, Simulation& run, std::int64_t
   const auto most = std::clamp<std::size_t>(kMostNumbers / numbers, 4, kMostFrames);
   constexpr std::int64_t kLooks = 100;
   stride_ = std::max<std::int64_t>(1, kLooks / static_cast<std::int64_t>(most));
-  const ParticleSystem* particles = particles_of(run);
-  may_jump_ = !particles || std::ranges::any_of(particles->other_forces(), [](const Force* force) {
-    return !force->conservative() && !force->has_dissipative_part() && !force->springs();
-  });
+  may_jump_ = may_have_pulses(run);
 }
 
 void StepDoubling::look(const Energy* energy, std::span<const double> observed) {

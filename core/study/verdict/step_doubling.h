@@ -90,6 +90,9 @@ class StepDoubling {
   void look_for_chaos(const RefinedRun& shadow, const std::function<bool()>& stop,
                       RunDeviation& result) const;
   void ask_neighbours(const std::function<bool()>& stop, RunDeviation& result) const;
+  struct Pulse;
+  double affordable() const;
+  std::vector<Pulse> find_pulses(OdeSystem& system) const;
   void look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const;
   // Records an error at that frame; returns the size of the scene there.
   double take_error(double error, const Frame& frame, RunDeviation& result) const;
