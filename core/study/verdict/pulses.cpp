@@ -208,9 +208,9 @@ std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) co
   return pulses;
 }
 
-// Fine steps show what the next state lacks of a pulse. The largest are tried first, down to those
-// that the known error covers. What is lacking moves a particle until the end, which is added to
-// that error. A pulse that most steps missed, and too large for that, is named instead.
+// Fine steps show what the next state lacks of a pulse. Pulses are tried from the largest on; the
+// known error covers the smallest. A velocity that is lacking moves a particle until the end: that
+// is added to the error. A pulse that most steps missed, and too large for that, is named instead.
 void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const {
   if (!may_jump_) return;
   constexpr double kMissed = 0.5;     // of a pulse
