@@ -359,6 +359,10 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   if (fineness == 0) fineness = chosen.fineness();
   const double longer = refinement.by_tolerance() ? 1 : result_.time / result_.window;
   fineness *= longer;
+  // Trials predict nothing of runs far finer than they were.
+  const double tried = chosen.fineness() * longer;
+  const double finest = kMostTimesFiner * kMostTimesFiner * tried;
+  if (chosen.fineness() > 0) fineness = std::min(fineness, kMostTimesFiner * tried);
   double exponent = chosen.exponent(), best = -1;
   double previous = 0, previous_error = 0;
   for (int attempt = 0;; ++attempt) {
@@ -417,6 +421,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     // The error of a run near the limit of stability says little: what a trial has kept is enough.
     const double enough = chosen.kept_at(in_window()) * longer;
     const double finer = fineness * std::clamp(more, 1.2, kMostTimesFiner);
+    if (tried > 0 && finer > finest) return;
     fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
     result_.mended = attempt + 1;
   }

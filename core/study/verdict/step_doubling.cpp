@@ -266,11 +266,13 @@ void StepDoubling::compare_shifted(std::size_t frames, const std::function<bool(
                                    RunDeviation& result) const {
   constexpr double kLocated = 1e-7;  // m, in units of the place: what the tolerance of gaps becomes
   const bool broke = run_->settings().broken != start_.settings->broken;
-  const bool touched = contact_of(*run_).colliders;
-  if (touched && run_->integrator_info().adaptive)
+  const bool adaptive = run_->integrator_info().adaptive;
+  const Acted acted = contact_of(*run_);
+  const bool touched = acted.colliders || (acted.with_order_one && !adaptive);
+  if (touched && adaptive)
     result.error =
         std::max(result.error, kLocated * std::max(1.0, largest_number(frames_.back().seen.x)));
-  if (!broke && (!touched || run_->integrator_info().adaptive)) return;
+  if (!broke && (!touched || adaptive)) return;
   RefinedRun shifted = make_refined_run(
       {.steps_per_step = 1, .method = run_->settings().method.choice(), .shifted = true});
   if (!follow(shifted, frames, stop)) {
