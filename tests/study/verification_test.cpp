@@ -132,7 +132,8 @@ TEST_CASE("a ball that lands on a slope is not said to be right to a micrometre"
 local sim = require 'sim'
 return sim.scene { name = 'ball', forces = { sim.force.gravity {} },
   bodies = { sim.rigid { shape = sim.sphere { radius = 0.27 }, mass = 0.12,
-    position = {0.0855, 0.75, 0}, velocity = {-0.426, -0.904, 0.031}, friction = 0.053, restitution = 0 } },
+    position = {0.0855, 0.75, 0}, velocity = {-0.426, -0.904, 0.031},
+    friction = 0.053, restitution = 0 } },
   colliders = { sim.collider.plane { normal = {0.3, 1, 0}, friction = 0.053 } },
   integrator = 'verlet', dt = 0.002, duration = 0.5 })"});
   sim::Simulation system(scene.systems[0], registry,
