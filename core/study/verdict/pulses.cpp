@@ -63,7 +63,8 @@ std::vector<std::size_t> driven_numbers(const Simulation& run) {
 
 double shortest_pulse(Simulation& run, double time) {
   if (!may_have_pulses(run)) return HUGE_VAL;
-  constexpr double kMostSamples = 20'000, kFewest = 200, kWork = 3e5;
+  constexpr double kMostSamples = 20'000, kFewest = 100, kWork = 3e5;
+  constexpr int kMostResolved = 20;  // pulses
   const int samples =
       static_cast<int>(std::clamp(kWork / std::max(1, run.particles()), kFewest, kMostSamples));
   OdeSystem& system = run.ode();
@@ -84,17 +85,23 @@ double shortest_pulse(Simulation& run, double time) {
   const double usual = median(sizes);
   const auto quiet = std::ranges::find_if(sizes, [&](double size) { return size <= kFar * usual; });
   if (quiet == sizes.end()) return HUGE_VAL;
-  rate_at(times[static_cast<std::size_t>(quiet - sizes.begin())], usual_rate);
+  const double quiet_size =
+      rate_at(times[static_cast<std::size_t>(quiet - sizes.begin())], usual_rate);
   const auto in_pulse = [&](double t) {
     rate_at(t, rate);
     return largest_of(numbers, rate, &usual_rate) > kFar * usual;
   };
+  const auto sample_in_pulse = [&](std::size_t i) {
+    return sizes[i] + quiet_size > kFar * usual && in_pulse(times[i]);
+  };
   double shortest = HUGE_VAL;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    if (!in_pulse(times[i])) continue;
+  int resolved = 0;
+  for (std::size_t i = 0; i < times.size() && resolved < kMostResolved; ++i) {
+    if (!sample_in_pulse(i)) continue;
     const std::size_t first = i;
-    while (i + 1 < times.size() && in_pulse(times[i + 1])) ++i;
+    while (i + 1 < times.size() && sample_in_pulse(i + 1)) ++i;
     if (times[i] - times[first] >= std::min(shortest, kFar * spacing * kFine)) continue;
+    ++resolved;
     // Its ends lie up to two spacings away.
     const double low = times[first] - 2 * spacing, width = times[i] - times[first] + 4 * spacing;
     int inside = 0;

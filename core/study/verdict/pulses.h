@@ -14,9 +14,9 @@ bool may_have_pulses(Simulation& run);
 // The numbers of X whose rates of change are forces or right-hand sides.
 std::vector<std::size_t> driven_numbers(const Simulation& run);
 
-// The duration of the shortest pulse in the next `time` seconds, s, as far as some 20,000 samples
-// at the present state show it; infinite if there is none. Costs up to 3e5 evaluations of f of one
-// particle.
+// The duration of the shortest pulse in the next `time` seconds, s, as far as samples at the
+// present state show it: 20,000, or 100 of a large system; infinite if there is none, or none that
+// is short beside that time.
 double shortest_pulse(Simulation& run, double time);
 
 }  // namespace sim::study
