@@ -68,9 +68,9 @@ class Chooser {
   void make_trials();
   double window_of(Simulation& system) const;
   void measure_range();
-  bool affordable(double cost) const;
+  bool affordable(const MethodTrials& next) const;
   double spent() const;
-  bool cheaper_than_run(double cost) const;  // with all trials before
+  bool cheaper_than_run(const MethodTrials& next) const;  // with all trials before
   double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
   bool refine(MethodTrials& method);
   void race();
@@ -204,9 +204,9 @@ void Chooser::measure_range() {
 
 // All trials together cost at most as much as the run, or little. The time of a core is asked only
 // beyond that of the run, and few scenes reach it: the others' choices depend on no machine.
-bool Chooser::affordable(double cost) const {
-  if (cheaper_than_run(cost)) return true;
-  const double before = spent(), all = before + cost;
+bool Chooser::affordable(const MethodTrials& next) const {
+  if (cheaper_than_run(next)) return true;
+  const double before = spent(), all = before + next.next_cost();
   const double expected = before > 0 ? (seconds() - lost_) * all / before : 0;
   return all <= kFree / weight_ && lost_ + expected <= kFreeSeconds;
 }
@@ -217,16 +217,18 @@ double Chooser::spent() const {
   return sum;
 }
 
-bool Chooser::cheaper_than_run(double cost) const {
+// The cost of the run is not known by trials that come no closer.
+bool Chooser::cheaper_than_run(const MethodTrials& next) const {
+  if (next.idle()) return false;
   double run = HUGE_VAL;
   for (const MethodTrials& each : trials_)
     run = std::min(run, whole(each.least_cost(kAim * in_window())));
-  return spent() + cost <= run;
+  return spent() + next.next_cost() <= run;
 }
 
 bool Chooser::refine(MethodTrials& method) {
   constexpr double kPart = 0.25;  // of the time that is left, for one trial
-  const bool may_last = cheaper_than_run(method.next_cost());
+  const bool may_last = cheaper_than_run(method);
   const double begin = seconds(), end = begin + kPart * (kFreeSeconds - begin);
   bool late = false;
   const bool done = method.refine([&] {
@@ -266,7 +268,7 @@ void Chooser::race() {
     MethodTrials* next = nullptr;
     for (MethodTrials& each : trials_) {
       const bool open = each.can_refine() && !(each.error() <= allowed) &&
-                        each.least_cost(allowed) < known && affordable(each.next_cost());
+                        each.least_cost(allowed) < known && affordable(each);
       if (open && (!next || each.next_cost() < next->next_cost())) next = &each;
     }
     if (!next || !refine(*next)) return;
@@ -316,12 +318,12 @@ MethodTrials* Chooser::choose_checked() {
     // A check that is off by more than the error allowed tells nothing of a cheap run that steps
     // over what happens; it may cost more where the two differ by as much.
     const bool must = may_miss_pulse(*chosen) && !may_miss_pulse(*check);
-    while (check->error() > in_window() && check->can_refine() && affordable(check->next_cost()) &&
+    while (check->error() > in_window() && check->can_refine() && affordable(*check) &&
            (must || check->next_cost() <= most || apart(*chosen, *check) > in_window()))
       if (!refine(*check)) return nullptr;
     if (agrees(*chosen, *check)) break;
     for (MethodTrials* each : {chosen, check})
-      if (each->can_refine() && affordable(each->next_cost()) && !refine(*each)) return nullptr;
+      if (each->can_refine() && affordable(*each) && !refine(*each)) return nullptr;
     race();
     chosen = cheapest();
   }
@@ -362,7 +364,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   // Trials predict nothing of runs far finer than they were.
   const double tried = chosen.fineness() * longer;
   const double finest = kMostTimesFiner * kMostTimesFiner * tried;
-  if (chosen.fineness() > 0) fineness = std::min(fineness, kMostTimesFiner * tried);
+  if (tried > 0) fineness = std::min(fineness, (chosen.idle() ? 1 : kMostTimesFiner) * tried);
   double exponent = chosen.exponent(), best = -1;
   double previous = 0, previous_error = 0;
   for (int attempt = 0;; ++attempt) {

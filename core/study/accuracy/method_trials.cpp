@@ -158,6 +158,7 @@ bool MethodTrials::refine(const std::function<bool()>& go_on) {
     const double ratio = elementary::log(difference_ / course.most) / elementary::log(factor);
     if (std::isfinite(difference_) && course.most > 0)
       exponent_ = std::clamp(ratio, kLeastExponent, claimed);
+    idle_ = std::isfinite(difference_) && ratio < kLeastExponent;
     difference_ = course.most;
     const double falls = elementary::pow(factor, -exponent_);
     coarse_error_ = course.most / (1 - falls);

@@ -93,6 +93,8 @@ class MethodTrials {
   double kept_share(double allowed) const { return study::kept_share(course_, allowed); }
   const SeenRun& finest() const { return finest_; }
   double fineness() const { return fineness_; }
+  // True if the last refinement brought its run no closer, so that no order predicts the next.
+  bool idle() const { return idle_; }
   // The fineness of the coarser of the last two runs that keeps the error, as far as is known; else
   // infinite.
   double kept_at(double allowed) const {
@@ -115,7 +117,7 @@ class MethodTrials {
   Refinement refinement_;
   double window_, first_;
   std::int64_t between_;
-  bool corrected_, only_, given_up_ = false;
+  bool corrected_, only_, given_up_ = false, idle_ = false;
   double fineness_ = 0;  // of the finest run
   double cost_ = 0, next_cost_, spent_ = 0;
   double error_ = HUGE_VAL, coarse_error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
