@@ -423,8 +423,8 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     // The error of a run near the limit of stability says little: what a trial has kept is enough.
     const double enough = chosen.kept_at(in_window()) * longer;
     const double finer = fineness * std::clamp(more, 1.2, kMostTimesFiner);
-    if (tried > 0 && finer > finest) return;
     fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
+    if (tried > 0 && fineness > finest) return;
     result_.mended = attempt + 1;
   }
 }

@@ -216,8 +216,8 @@ std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) co
 }
 
 // Fine steps show what the next state lacks of a pulse. Pulses are tried from the largest on; the
-// known error covers the smallest. A velocity that is lacking moves a particle until the end: that
-// is added to the error. A pulse that most steps missed, and too large for that, is named instead.
+// known error covers the smallest. A velocity that is lacking moves a particle until the end; that
+// of pulses which were missed is added to the error, or they are named if it is too large.
 void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const {
   if (!may_jump_) return;
   constexpr double kMissed = 0.5;     // of a pulse
@@ -246,22 +246,23 @@ void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviat
     const bool missed = std::ranges::any_of(pulse.impulses, [&](double impulse) {
       return std::abs(own - impulse) < kMissed * std::abs(impulse);
     });
-    const bool partly =
-        pulse.samples >= kEnough &&
-        std::abs(own) * double(pulse.samples) * pulse.lasting > double(kEnds) * pulse.moved;
-    if (missed || partly) {
-      double square = 0;
-      const std::size_t first = pulse.number / width * width;
-      for (std::size_t k = first; k < first + width; ++k) square += lacking(k) * lacking(k);
-      moved += std::max(missed ? pulse.moved : 0, std::sqrt(square) * pulse.lasting);
-      if (missed && moved > wrong) {
+    double square = 0;
+    const std::size_t first = pulse.number / width * width;
+    for (std::size_t k = first; k < first + width; ++k) square += lacking(k) * lacking(k);
+    const double whole = std::sqrt(square) * pulse.lasting;
+    if (missed) {
+      moved += std::max(pulse.moved, whole);
+      if (moved > wrong) {
         result.missed_at = pulse.at;
         return;
       }
-    } else if (run_->flat()) {
-      // Not a pulse, but an error that the refined run may share: a vibration that both damp.
-      take_error(std::abs(own), to, result);
+      continue;
     }
+    const bool partly =
+        pulse.samples >= kEnough &&
+        std::abs(own) * double(pulse.samples) * pulse.lasting > double(kEnds) * pulse.moved;
+    // A number may also differ by a vibration that both this run and the refined one damp.
+    if (partly || run_->flat()) take_error(whole, to, result);
   }
   if (moved > 0) take_error(result.error + moved, frames_.back(), result);
 }
