@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+
+#include "core/math/median.h"
 
 namespace sim {
 namespace {
@@ -171,9 +174,7 @@ double liquid_spacing(const Frame& frame, std::span<const int> liquid) {
         least = std::min(least, (frame.at(other) - frame.at(liquid[k])).norm());
     distances.push_back(least);
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
-  return *middle;
+  return median(std::move(distances));
 }
 
 LiquidSurface liquid_surface(std::span<const Vec3> particles, double spacing,

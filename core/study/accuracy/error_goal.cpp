@@ -84,6 +84,9 @@ class Chooser {
   bool may_miss_pulse(const MethodTrials& each) const {
     return pulse_ < HUGE_VAL && Refinement(each.method()).by_tolerance();
   }
+  bool sees_more(const MethodTrials& check, const MethodTrials& chosen) const {
+    return may_miss_pulse(chosen) && !may_miss_pulse(check);
+  }
   MethodTrials* choose_checked();
   double kept_until(const ErrorCourse& course, double allowed) const;
   void run_whole(MethodTrials& chosen, int most_mendings);
@@ -297,7 +300,7 @@ bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
   const double off = apart(chosen, check);
   if (off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window())
     return true;
-  if (may_miss_pulse(chosen) && !may_miss_pulse(check)) {
+  if (sees_more(check, chosen)) {
     chosen.doubt(off);
     chosen.give_up();
     return false;
@@ -317,7 +320,7 @@ MethodTrials* Chooser::choose_checked() {
     const double most = kCheckCost * chosen->predict(kAim * in_window()).cost;
     // A check that is off by more than the error allowed tells nothing of a cheap run that steps
     // over what happens; it may cost more where the two differ by as much.
-    const bool must = may_miss_pulse(*chosen) && !may_miss_pulse(*check);
+    const bool must = sees_more(*check, *chosen);
     while (check->error() > in_window() && check->can_refine() && affordable(*check) &&
            (must || check->next_cost() <= most || apart(*chosen, *check) > in_window()))
       if (!refine(*check)) return nullptr;

@@ -7,6 +7,7 @@
 
 #include "core/base/array.h"
 #include "core/base/noise.h"
+#include "core/math/median.h"
 #include "core/particles/particle_system.h"
 #include "core/study/accuracy/error_estimator.h"
 #include "core/study/verdict/step_doubling.h"
@@ -37,10 +38,11 @@ double largest_of(const std::vector<std::size_t>& numbers, const Array& values,
   return most;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+// The evaluations of f at which looking for pulses is cheap beside any study.
+constexpr double kMostCheap = 20'000;
+double cheap_evaluations(int particles) {
+  constexpr double kOfOneParticle = 3e5;
+  return kOfOneParticle / std::max(1, particles);
 }
 
 }  // namespace
@@ -63,10 +65,10 @@ std::vector<std::size_t> driven_numbers(const Simulation& run) {
 
 double shortest_pulse(Simulation& run, double time) {
   if (!may_have_pulses(run)) return HUGE_VAL;
-  constexpr double kMostSamples = 20'000, kFewest = 100, kWork = 3e5;
+  constexpr double kFewest = 100;
   constexpr int kMostResolved = 20;  // pulses
   const int samples =
-      static_cast<int>(std::clamp(kWork / std::max(1, run.particles()), kFewest, kMostSamples));
+      static_cast<int>(std::clamp(cheap_evaluations(run.particles()), kFewest, kMostCheap));
   OdeSystem& system = run.ode();
   const std::vector<std::size_t> numbers = driven_numbers(run);
   Array y(system.size()), rate(system.size()), usual_rate(system.size());
@@ -147,10 +149,9 @@ void StepDoubling::look_for_pulses(RunDeviation& result, double allowed) const {
 
 // The number of evaluations that cost about as much as the run.
 double StepDoubling::affordable() const {
-  constexpr double kMostProbes = 20'000, kWork = 3e5;  // evaluations; of one particle
-  if (!run_->second_order()) return kMostProbes;
-  return std::min(kMostProbes,
-                  std::max(kWork / std::max(1, run_->particles()), double(evaluations_of(*run_))));
+  if (!run_->second_order()) return kMostCheap;
+  return std::min(kMostCheap,
+                  std::max(cheap_evaluations(run_->particles()), double(evaluations_of(*run_))));
 }
 
 // Samples the right-hand side at many times between two states, at the first of them, and

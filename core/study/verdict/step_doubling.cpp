@@ -6,6 +6,7 @@
 #include "core/base/finite.h"
 #include "core/base/noise.h"
 #include "core/math/elementary.h"
+#include "core/math/median.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/step_correction.h"
 #include "core/study/accuracy/error_estimator.h"
@@ -190,11 +191,8 @@ double StepDoubling::size_at(const Frame& frame) const {
     std::vector<double> sizes{0};
     if (first.seen.x.size() <= kFewNumbers)
       for (const Frame& each : frames_) sizes.push_back(each.largest);
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::ranges::nth_element(sizes, middle);
-    const double usual = *middle;
     return std::max(
-        {first.largest, frame.largest, usual, kLittle * *std::ranges::max_element(sizes)});
+        {first.largest, frame.largest, median(sizes), kLittle * *std::ranges::max_element(sizes)});
   }
   size = std::max(extent(first.seen.x), extent(frame.seen.x));
   if (size > 0) return size;
