@@ -205,12 +205,15 @@ double StageMatrix::rounding(const ParticleView& view) const {
   const double* const q[3] = {view.x, view.y, view.z};
   const double* const v[3] = {view.vx, view.vy, view.vz};
   const auto trace = diagonal_.trace();
+  // The stiffness of forces without blocks is not known.
+  const bool known = others_.without_blocks().empty();
   double sum = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double* const d = trace[axis];
     for (int i = 0; i < half_.n(); ++i) {
       if (!view.free(i)) continue;
-      const double size = std::fabs(q[axis][i]) / tau_ + std::fabs(v[axis][i]);
+      const double of_forces = known ? std::max(0.0, 1 - view.mass[i] / std::fabs(d[i])) : 1;
+      const double size = of_forces * std::fabs(q[axis][i]) / tau_ + std::fabs(v[axis][i]);
       sum += std::fabs(d[i]) * size * size;
     }
   }

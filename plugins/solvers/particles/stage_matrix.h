@@ -73,7 +73,8 @@ class StageMatrix final : public BlockMatrix {
   // The largest |change of a spring's vector| over its length, when velocities change by p.
   double largest_turn(const double* p) const;
 
-  // The norm sqrt(v.D v) of the rounding errors of the velocities and of q = .. + tau v.
+  // The norm of rounding errors: of velocities, and of the forces at q = .. + tau v, by the share
+  // (D - M) / D that forces have in the diagonal.
   double rounding(const ParticleView& view) const;
 
  private:
