@@ -20,7 +20,7 @@ study::Watch StudyProgress::watch() {
 // At most ten times a second.
 void StudyProgress::draw(std::string_view what, double done) {
   constexpr double kWidth = 30;
-  const Clock::time_point now = Clock::now();
+  const Clock::time_point now = now_();
   if (!on_ || now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
   const double part = std::clamp(done, 0.0, 1.0);
@@ -33,14 +33,15 @@ void StudyProgress::draw(std::string_view what, double done) {
   drawn_ = true;
 }
 
-// After 2 s by what is done, or after 10 s.
+// After 2 s by what is done, or after 10 s; again where it takes twice as long as was said.
 void StudyProgress::mention_long(std::string_view what, double done) {
-  constexpr double kEarly = 2, kLong = 10, kSomething = 0.02;
-  if (!said_ || long_told_) return;
-  const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  constexpr double kEarly = 2, kLong = 10, kSomething = 0.02, kAgain = 2;
+  if (!said_) return;
+  const double seconds = std::chrono::duration<double>(now_() - begin_).count();
   const double whole = done > kSomething ? seconds / done : 0;
-  if (seconds < kEarly || std::max(seconds, whole) < kLong) return;
-  long_told_ = true;
+  const double expected = std::max(seconds, whole);
+  if (seconds < kEarly || expected < std::max(kLong, kAgain * told_seconds_)) return;
+  told_seconds_ = expected;
   clear();
   err_ << "sim: note: " << what << ": " << percent(std::clamp(done, 0.0, 1.0), 1, 2)
        << " done after " << rough_time(seconds);
@@ -49,9 +50,9 @@ void StudyProgress::mention_long(std::string_view what, double done) {
 }
 
 void StudyProgress::announce(double seconds) {
-  constexpr double kWorthAWord = 1, kLong = 10;
-  long_told_ |= seconds >= kLong;
+  constexpr double kWorthAWord = 1;
   if (!said_ || seconds < kWorthAWord) return;
+  told_seconds_ = seconds;
   err_ << "sim: note: the study takes about " << rough_time(seconds)
        << "; Ctrl-C ends it with what it has\n"
        << std::flush;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/command_line/integrator_choice.h"
@@ -23,8 +25,12 @@ using report::first_cell, report::judged_text, report::quantity;
 
 class StudyProgress {
  public:
-  StudyProgress(ShowProgress when, const Console& console)
-      : err_(console.err),
+  using Clock = std::chrono::steady_clock;
+
+  StudyProgress(ShowProgress when, const Console& console,
+                std::function<Clock::time_point()> now = Clock::now)
+      : now_(std::move(now)),
+        err_(console.err),
         said_(when != ShowProgress::kOff),
         on_(when == ShowProgress::kOn || (when == ShowProgress::kAuto && console.err_is_terminal)) {
   }
@@ -44,14 +50,14 @@ class StudyProgress {
   int exit_code();  // at the end: 0, or 128 + signal with a word about it
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void draw(std::string_view what, double done);
   void mention_long(std::string_view what, double done);
 
+  std::function<Clock::time_point()> now_;
   std::ostream& err_;
-  bool said_, on_, drawn_ = false, long_told_ = false;
-  const Clock::time_point begin_ = Clock::now();
+  bool said_, on_, drawn_ = false;
+  double told_seconds_ = 0;  // of the whole, last
+  const Clock::time_point begin_ = now_();
   Clock::time_point last_{};
   Interrupts interrupts_;
 };

@@ -86,6 +86,27 @@ TEST_CASE("a bar shows the share that is done, and is cleared at the end") {
   CHECK_THAT(terminal.err.str(), Contains("50 %"));
 }
 
+TEST_CASE("a study that will be long says so, and again where it takes twice as long as was said") {
+  Streams streams;
+  StudyProgress::Clock::time_point now{};
+  StudyProgress progress(ShowProgress::kAuto, streams.console, [&] { return now; });
+  const study::Watch watch = progress.watch();
+  // The words when so much is done after so many seconds.
+  const auto said = [&](double done, int seconds) {
+    now = StudyProgress::Clock::time_point{} + std::chrono::seconds(seconds);
+    streams.err.str("");
+    CHECK(watch("rk4", done));
+    return streams.err.str();
+  };
+  CHECK(said(0.05, 1).empty());  // too early to tell
+  CHECK(said(0.5, 2).empty());   // 4 s
+  CHECK_THAT(said(0.2, 3), Contains("rk4: 20 % done after 3 s, about 12 s more"));
+  CHECK(said(0.2, 5).empty());  // 25 s, of 15
+  CHECK_THAT(said(0.2, 7), Contains("rk4: 20 % done after 7 s, about 28 s more"));
+  CHECK(said(0.99, 69).empty());
+  CHECK_THAT(said(0, 70), Contains("rk4: 0 % done after 70 s; Ctrl-C"));  // nothing is known
+}
+
 TEST_CASE("a study of a second or more is announced") {
   const auto announced = [](double seconds, ShowProgress when) {
     Streams streams;

@@ -234,7 +234,8 @@ TEST_CASE("errors are seen at each step of a run that is not long", "[study][goa
   const sim::study::Problem problem{&spec, &registry};
   const auto method = sim::study::fitting_methods(problem, {{"rk4"}}).front();
   const auto seen = [&](std::int64_t steps) {
-    return sim::study::seen_run(problem, method, {steps, 0}, 1, [] { return true; }).points.size();
+    return sim::study::seen_run(problem, method, {steps, 0}, 1, [](double) { return true; })
+        .points.size();
   };
   CHECK(seen(720) == 721);
   CHECK(seen(7200) == 121);
@@ -247,9 +248,9 @@ TEST_CASE("trials know the coarsest run that kept an error", "[study][goal]") {
   const auto method = sim::study::fitting_methods(problem, {{"rk4"}}).front();
   sim::study::MethodTrials trials(problem, method, 1, 24, 0, false, false);
   CHECK(trials.kept_at(1) == HUGE_VAL);
-  REQUIRE(trials.refine([] { return true; }));
+  REQUIRE(trials.refine([](double) { return true; }));
   CHECK(trials.kept_at(1) == HUGE_VAL);
-  REQUIRE(trials.refine([] { return true; }));
+  REQUIRE(trials.refine([](double) { return true; }));
   CHECK(trials.fineness() == 48);
   CHECK(trials.kept_at(4 * trials.error()) == 48);  // 16 times that before
   CHECK(trials.kept_at(40 * trials.error()) == 24);

@@ -60,10 +60,8 @@ class Chooser {
   GoalChoice choose();
 
  private:
-  bool go_on(const std::string& what, double done) {
-    told_ = told_ || !watch_(what, done);
-    return !told_;
-  }
+  // `part` of a run of this cost is done, and `later` follows it.
+  bool go_on(const std::string& what, double part, double cost, double later);
   std::int64_t states_in(const Candidate& method, double time) const;
   void make_trials();
   double window_of(Simulation& system) const;
@@ -94,6 +92,7 @@ class Chooser {
   MethodTrials* longest_kept();
   void tell_candidates();
 
+  double ahead() const;  // the cost of the run and its refined run, as far as trials tell
   double in_window() const { return result_.allowed * result_.window / result_.time; }
   double whole(double cost) const { return cost * result_.time / result_.window; }
 
@@ -104,6 +103,7 @@ class Chooser {
   double weight_ = 1;  // evaluations of 64 particles that one takes
   std::clock_t begin_ = std::clock();
   double lost_ = 0;          // s, of trials that were given up
+  double runs_cost_ = 0;     // of the runs that are done, evaluations
   double pulse_ = HUGE_VAL;  // s, the shortest
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
@@ -124,6 +124,12 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
   corrected_ = acts_between_steps(system);
   pulse_ = shortest_pulse(system, goal.time);
   result_.window = window_of(system);
+}
+
+bool Chooser::go_on(const std::string& what, double part, double cost, double later) {
+  const double before = spent() + runs_cost_, all = before + cost + later;
+  told_ = told_ || !watch_(what, all < HUGE_VAL ? (before + part * cost) / all : 0);
+  return !told_;
 }
 
 // The whole run if it is cheap, or a part that is.
@@ -229,14 +235,25 @@ bool Chooser::cheaper_than_run(const MethodTrials& next) const {
   return spent() + next.next_cost() <= run;
 }
 
+double Chooser::ahead() const {
+  double least = HUGE_VAL;
+  for (const MethodTrials& each : trials_) {
+    const Refinement refinement(each.method());
+    const double both = 1 + elementary::pow(refinement.factor(), refinement.cost());
+    least = std::min(least, both * whole(each.predict(kAim * in_window()).cost));
+  }
+  return least;
+}
+
 bool Chooser::refine(MethodTrials& method) {
   constexpr double kPart = 0.25;  // of the time that is left, for one trial
   const bool may_last = cheaper_than_run(method);
   const double begin = seconds(), end = begin + kPart * (kFreeSeconds - begin);
+  const double later = ahead();
   bool late = false;
-  const bool done = method.refine([&] {
+  const bool done = method.refine([&](double part) {
     late = late || (!may_last && seconds() > end);
-    return go_on(method.method().label, 0.2) && !late;
+    return go_on(method.method().label, part, method.next_cost(), later) && !late;
   });
   if (!done && !told_) {  // others may be quicker
     method.give_up();
@@ -339,8 +356,8 @@ double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& ru
                                      const SeenRun& own) {
   constexpr double kAway = 1e-8, kChaos = 1e5;
   const SeenRun other = seen_run(
-      problem_, method, run, result_.time, [&] { return go_on("neighbour", 0.9); },
-      kAway * result_.size);
+      problem_, method, run, result_.time,
+      [&](double part) { return go_on("neighbour", part, own.cost, 0); }, kAway * result_.size);
   if (told_ || problem_.of) return HUGE_VAL;
   const ErrorCourse course = error_course(problem_, own, other);
   for (std::size_t k = 0; k < course.rms.size(); ++k)
@@ -370,16 +387,23 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   if (tried > 0) fineness = std::min(fineness, (chosen.idle() ? 1 : kMostTimesFiner) * tried);
   double exponent = chosen.exponent(), best = -1;
   double previous = 0, previous_error = 0;
+  double expected = whole(chosen.predict(kAim * in_window()).cost);
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
-    const auto watch = [&](const char* what, double done) {
-      return [this, &method, what, done] { return go_on(method.label + what, done); };
-    };
-    const SeenRun run = seen_run(problem_, method, plan, result_.time, watch(", the run", 0.5));
-    const SeenRun fine = seen_run(problem_, method, refined(plan, corrected_), result_.time,
-                                  watch(", the refined run", 0.7));
+    const double dearer = elementary::pow(refinement.factor(), refinement.cost());
+    const SeenRun run =
+        seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
+          return go_on(method.label + ", the run", part, cost, dearer * cost);
+        });
     if (told_) return;
+    runs_cost_ += run.cost;
+    const SeenRun fine = seen_run(problem_, method, refined(plan, corrected_), result_.time,
+                                  [&, cost = dearer * run.cost](double part) {
+                                    return go_on(method.label + ", the refined run", part, cost, 0);
+                                  });
+    if (told_) return;
+    runs_cost_ += fine.cost;
     const double falls = elementary::pow(refinement.factor(), -exponent);
     const ErrorCourse course = error_course(problem_, run, fine);
     double horizon = kept_until(course, result_.allowed * (1 - falls));
@@ -417,7 +441,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     if (previous > 0 && std::isfinite(previous_error) && error > 0 && fineness > previous)
       exponent =
           std::clamp(elementary::log(previous_error / error) / elementary::log(fineness / previous),
-                     0.3, refinement.error());
+                     kLeastExponent, refinement.error());
     previous = fineness;
     previous_error = error;
     const double more = std::isfinite(error)
@@ -428,6 +452,9 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     const double finer = fineness * std::clamp(more, 1.2, kMostTimesFiner);
     fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
     if (tried > 0 && fineness > finest) return;
+    expected = run.cost * elementary::pow(fineness / previous, refinement.cost());
+    const bool closer = attempt == 0 || exponent > kLeastExponent;
+    if (!closer && weight_ * expected > kFree) return;
     result_.mended = attempt + 1;
   }
 }
