@@ -40,11 +40,13 @@ RestingContactForce resting_contact(std::span<Collider* const> colliders, double
   const double faint = 0.5 * speed * speed / Contacts::slack(x);  // the least braking, m/s^2
   const bool none =
       speed <= 1e-12 * (v.norm() + sample.velocity.norm()) + 1e-6 * std::fabs(d) * size;
-  const auto slide = [&] {
-    pressed.acceleration -= material.friction_at(speed) * push / speed * pressed.slip;
+  const auto slide = [&](const Vec3& against) {
+    pressed.acceleration -= material.friction_at(speed) * push / against.norm() * against;
     return pressed;
   };
-  if (!none && faint >= friction) return slide();
+  const double step = std::fabs(d) / kDifferenceStep;
+  const bool slow = speed < friction * step;  // friction could stop it within the step
+  if (!none && faint >= friction && !slow) return slide(pressed.slip);
   const Vec3 carried =
       (surface.query(t + d, surface.advect(t, t + d, x)).velocity - sample.velocity) / d;
   const Vec3 drive = pressed.acceleration - carried;
@@ -54,7 +56,14 @@ RestingContactForce resting_contact(std::span<Collider* const> colliders, double
     pressed.sticks = true;
     return pressed;
   }
-  if (!none) return slide();
+  if (!none) {
+    // A slow slip turns towards what drives it faster than a step can follow, so that friction acts
+    // against the slip at a later time within the step, which is the present one for fast slips.
+    const double along = pressed.slip.dot(drive);
+    if (!slow || along <= 0) return slide(pressed.slip);
+    const double later = (step - speed / friction) * along / (speed * driven);
+    return slide(pressed.slip + later * drive);
+  }
   const double slides = std::min(driven, material.friction_at(std::fabs(d) * driven) * push);
   pressed.acceleration = pressed.acceleration - slides / driven * drive;
   return pressed;

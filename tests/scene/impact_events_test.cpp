@@ -159,6 +159,25 @@ TEST_CASE("slips that vanish take adaptive methods no steps without number") {
   }
 }
 
+// Across the slope the slip of a creeping particle ends within microseconds.
+TEST_CASE("slips that creep take adaptive methods no steps without number, and turn as they do") {
+  constexpr double kAngle = 0.3, kBeyond = 1e-5, kSlip = 1e-5;
+  const double friction = std::tan(kAngle) * (1 - kBeyond);
+  const double a = 9.81 * std::sin(kAngle) * kBeyond;  // m/s^2
+  const Vec3 down(-std::cos(kAngle), -std::sin(kAngle), 0);
+  sim::Registry registry = make_registry();
+  for (const char* method : kAdaptive)
+    for (const Vec3& slip : {Vec3(0, 0, kSlip), Vec3(0.1 * kSlip * down + Vec3(0, 0, kSlip))}) {
+      INFO(method << ", slip " << slip[0]);
+      sim::Simulation system(make_particle({0, 0, 0}, slip, make_slope(kAngle, friction)), registry,
+                             to_tolerance(method, 1e-6, 0.05));
+      REQUIRE(run(system, 20));
+      CHECK(system.integrator().effort().steps < 400);
+      CHECK((system.position(0) - 0.5 * a * down).norm() < 3 * kSlip);
+      CHECK(std::abs(system.velocity(0)[2]) < 0.1 * kSlip);
+    }
+}
+
 TEST_CASE("what slides on a floor bounces off a wall in adaptive methods") {
   sim::Registry registry = make_registry();
   sim::SystemSpec spec = make_particle({0, 0, 0}, {1, 0, 0}, make_part("plane"));
