@@ -77,7 +77,8 @@ class Chooser {
   double apart(const MethodTrials& a, const MethodTrials& b) const {
     return error_course(problem_, a.finest(), b.finest()).most;
   }
-  bool agrees(MethodTrials& chosen, MethodTrials& check);
+  bool near(const MethodTrials& chosen, const MethodTrials& check, double off) const;
+  bool agrees(MethodTrials& chosen, MethodTrials& check);  // else one of them is refined
   // True if steps may be longer than a pulse, whatever the tolerance.
   bool may_miss_pulse(const MethodTrials& each) const {
     return pulse_ < HUGE_VAL && Refinement(each.method()).by_tolerance();
@@ -311,24 +312,38 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   return check;
 }
 
+bool Chooser::near(const MethodTrials& chosen, const MethodTrials& check, double off) const {
+  return off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window();
+}
+
 // If two families differ by more than their error estimates, neither is believed until both are
-// refined; one that may have gone past a pulse is not believed any more.
+// refined; one that may have gone past a pulse is refined alone, as long as that is cheaper than
+// the check.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
-  const double off = apart(chosen, check);
-  if (off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window())
-    return true;
-  if (sees_more(check, chosen)) {
-    chosen.doubt(off);
-    chosen.give_up();
+  double off = apart(chosen, check);
+  if (near(chosen, check, off)) return true;
+  if (!sees_more(check, chosen)) {
+    chosen.doubt(std::max(0.0, off - check.error()));
+    check.doubt(std::max(0.0, off - chosen.error()));
+    for (MethodTrials* each : {&chosen, &check})
+      if (each->can_refine() && affordable(*each) && !refine(*each)) return false;
     return false;
   }
-  chosen.doubt(std::max(0.0, off - check.error()));
-  check.doubt(std::max(0.0, off - chosen.error()));
+  const double most = check.predict(kAim * in_window()).cost;
+  do {
+    chosen.doubt_coarse_runs(off);
+    if (!chosen.can_refine() || chosen.next_cost() > most || !affordable(chosen)) {
+      chosen.give_up();
+      return false;
+    }
+    if (!refine(chosen)) return false;
+    off = apart(chosen, check);
+  } while (!near(chosen, check, off));
   return false;
 }
 
 MethodTrials* Chooser::choose_checked() {
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 8;
   race();
   MethodTrials* chosen = cheapest();
   for (int round = 0; chosen && !told_ && round < kRounds; ++round) {
@@ -342,8 +357,7 @@ MethodTrials* Chooser::choose_checked() {
            (must || check->next_cost() <= most || apart(*chosen, *check) > in_window()))
       if (!refine(*check)) return nullptr;
     if (agrees(*chosen, *check)) break;
-    for (MethodTrials* each : {chosen, check})
-      if (each->can_refine() && affordable(*each) && !refine(*each)) return nullptr;
+    if (told_) return nullptr;
     race();
     chosen = cheapest();
   }
@@ -408,15 +422,20 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
     const ErrorCourse course = error_course(problem_, run, fine);
     double horizon = kept_until(course, result_.allowed * (1 - falls));
     double error = course.most / (1 - falls);
-    // Both runs may step over the same event; trials of other methods that know better say so.
+    double largest = course.largest / (1 - falls);
+    // Both runs may step over the same event; trials of other methods that know better say so, if
+    // they looked as closely or chose their steps.
     for (const MethodTrials& other : trials_) {
       const bool knows = &other != &chosen && result_.window == result_.time &&
                          other.own_error() <= result_.allowed && !may_miss_pulse(other);
-      if (!knows) continue;
+      const bool close =
+          Refinement(other.method()).by_tolerance() || other.finest().cost >= run.cost;
+      if (!knows || !close) continue;
       const ErrorCourse against = error_course(problem_, run, other.finest());
       const double most = kFamiliesAgree * (result_.allowed + other.own_error());
       if (against.most <= most) continue;
       error = std::max(error, against.most);
+      largest = std::max(largest, against.largest);
       horizon = std::min(horizon, kept_until(against, most));
     }
     if (horizon > best) {
@@ -425,7 +444,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
       result_.dt = fixed ? goal_.dt : result_.time / static_cast<double>(plan.steps);
       result_.tolerance = plan.tolerance;
       result_.error = error;
-      result_.largest = course.largest / (1 - falls);
+      result_.largest = largest;
       result_.cost = run.cost;
       result_.kept = error <= result_.allowed;
       result_.horizon = horizon;

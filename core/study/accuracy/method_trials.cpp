@@ -30,6 +30,11 @@ MethodTrials::MethodTrials(const Problem& problem, Candidate method, double wind
                    : step * steps;
 }
 
+void MethodTrials::doubt_coarse_runs(double error) {
+  doubt_ = error;
+  first_ = refinement_.factor() * fineness_;
+}
+
 bool MethodTrials::can_refine() const {
   if (given_up_ || (only_ && runs_ == 2)) return false;
   return !refinement_.by_tolerance() || fineness_ < 0.9 / kFinestTolerance;

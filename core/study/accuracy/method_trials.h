@@ -30,6 +30,8 @@ class MethodTrials {
   double error() const { return std::max(error_, doubt_); }
   double own_error() const { return error_; }    // whatever another family says
   void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
+  // The same, and runs as coarse as the finest are not chosen later.
+  void doubt_coarse_runs(double error);
   double exponent() const { return exponent_; }  // observed, at most the claimed one
   // The share of the window over which the run before the finest kept it.
   double kept_share(double allowed) const { return study::kept_share(course_, allowed); }
@@ -57,7 +59,7 @@ class MethodTrials {
   const Problem* problem_;
   Candidate method_;
   Refinement refinement_;
-  double window_, first_;
+  double window_, first_;  // of which no coarser run is chosen
   std::int64_t between_;
   bool corrected_, only_, given_up_ = false, idle_ = false;
   double fineness_ = 0;  // of the finest run
