@@ -40,8 +40,7 @@ void ThreadCountTuner::ask() {
   pool_.use(choices_[at_].size);
 }
 
-void ThreadCountTuner::look(int steps) {
-  const double time = clock_() - begun_;
+void ThreadCountTuner::look(int steps, double time) {
   spent_ += time;
   all_ += time;
   taken_ += steps;
@@ -71,7 +70,7 @@ void ThreadCountTuner::settle() {
   trying_ = false;
   chosen_ = pays();
   pool_.use(choices_[chosen_].size);
-  left_ = kAgain * all_ / choices_[chosen_].least;
+  left_ = kAgain * all_;
 }
 
 std::size_t ThreadCountTuner::pays() const {

@@ -28,12 +28,13 @@ class ThreadCountTuner {
   explicit ThreadCountTuner(ThreadPool& pool, Clock clock = now);
 
   void begin() {  // steps follow
-    if (trying_) begun_ = clock_();
+    begun_ = clock_();
   }
   void end(int steps) {  // so many were taken
+    const double time = clock_() - begun_;
     if (trying_)
-      look(steps);
-    else if ((left_ -= steps) <= 0)
+      look(steps, time);
+    else if ((left_ -= time) <= 0)
       ask();
   }
 
@@ -44,7 +45,7 @@ class ThreadCountTuner {
   };
 
   void ask();  // begins a trial
-  void look(int steps);
+  void look(int steps, double time);
   void next();  // stretch of a trial
   void settle();
   std::size_t pays() const;
@@ -57,7 +58,7 @@ class ThreadCountTuner {
   bool trying_ = true, warm_ = false;
   int rounds_ = 0, taken_ = 0;
   double begun_ = 0, spent_ = 0, all_ = 0;  // s: of the stretch, of the trial
-  double left_ = 0;                         // steps up to the next trial
+  double left_ = 0;                         // s of steps up to the next trial
 };
 
 }  // namespace sim

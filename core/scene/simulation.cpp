@@ -25,10 +25,14 @@ namespace {
 // busy machine that costs far more than it saves.
 constexpr int kParticlesPerThread = 2048;
 constexpr int kLeastPerThread = 256;  // if the run tunes the number itself
+constexpr std::size_t kOfBody = 4;    // particles more that a body is worth, which may touch others
 
-int useful_threads(Threads threads, int particles) {
+int useful_threads(Threads threads, int particles, std::size_t bodies) {
   const int each = threads.as_pay ? kLeastPerThread : kParticlesPerThread;
-  return std::clamp(particles / each, 1, threads.most);
+  const std::size_t useful = (static_cast<std::size_t>(particles) + kOfBody * bodies) /
+                             static_cast<std::size_t>(each);
+  return static_cast<int>(
+      std::clamp<std::size_t>(useful, 1, static_cast<std::size_t>(threads.most)));
 }
 
 // Scenes from Lua have been checked with their lines; this checks specs made in C++ likewise.
@@ -151,7 +155,7 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   if (std::ranges::any_of(forces, may_break) ||
       std::ranges::any_of(constraints, may_break, &SceneConstraint::constraint))
     for (const auto& force : forces) force->expect_tears();
-  pool = std::make_unique<ThreadPool>(useful_threads(threads, n));
+  pool = std::make_unique<ThreadPool>(useful_threads(threads, n, spec.bodies.size()));
   if (threads.as_pay && pool->most() > 1) thread_count_tuner.emplace(*pool);
   auto compiled = at_source(spec.place, [&] {
     return std::make_unique<ParticleSystem>(masses(), settings->pinned, std::move(forces), x.data(),

@@ -1,6 +1,7 @@
 #include "resting_solver.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -62,7 +63,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (contacts[i].active) {
       Island& island = islands_[static_cast<std::size_t>(island_of(contacts[i]))];
-      rows_[island.end++] = ContactRow(bodies, contacts[i], i);
+      rows_[island.end++].contact = i;
     }
   for (std::size_t i = 0; i < bodies.size(); ++i)
     if (moves(static_cast<int>(i)))
@@ -158,32 +159,38 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   history_.resize(Anderson::memory(3) * rows_.size());
   residuals_.assign(count_, 0);
   newtons_.resize(static_cast<std::size_t>(pool.size()));
-  const auto solve_some = [&](int rank, int ranks) {
+  std::atomic<std::size_t> next = 0;
+  const auto solve_some = [&](int rank) {
     const std::function<bool()> gives_up = [&pool, rank] { return pool.gives_up(rank); };
-    const Part part = part_of(static_cast<int>(count_), 1, rank, ranks);
-    for (auto k = static_cast<std::size_t>(part.begin); k < static_cast<std::size_t>(part.end); ++k)
-      residuals_[k] = solve_island(bodies, islands_[k], tolerance,
+    for (std::size_t k; (k = next++) < count_;) {
+      const Island& island = islands_[k];
+      for (std::size_t r = island.begin; r < island.end; ++r)
+        rows_[r] = ContactRow(bodies, contacts[rows_[r].contact], rows_[r].contact);
+      residuals_[k] = solve_island(bodies, island, tolerance,
                                    newtons_[static_cast<std::size_t>(rank)], gives_up);
+      store(bodies, island, contacts);
+    }
   };
   std::size_t work = rows_.size();
   for (std::size_t k = 0; k < count_; ++k)
     for (const std::size_t group : islands_[k].groups) work += joints_->equations(group);
   if (count_ > 1 && work >= kWorthThreads)
-    pool.run([&](int rank) { solve_some(rank, pool.size()); });
+    pool.run(solve_some);
   else
-    solve_some(0, 1);
-  store(bodies, contacts);
+    solve_some(0);
   return count_ > 0 ? *std::ranges::max_element(residuals_) : 0;
 }
 
-void RestingSolver::store(Bodies bodies, std::span<ContactPoint> contacts) const {
-  for (const ContactRow& row : rows_) {
+void RestingSolver::store(Bodies bodies, const Island& island,
+                          std::span<ContactPoint> contacts) const {
+  for (const ContactRow& row : std::span(rows_).subspan(island.begin, island.end - island.begin)) {
     ContactPoint& m = contacts[row.contact];
     const Vec3 added =
         row.impulse - Vec3(m.normal_impulse, m.tangent_impulse[0], m.tangent_impulse[1]);
     for (std::size_t k = 0; k < 3; ++k) {
       const double moved = m.duration * added[k];
       const auto move = [&](int body, std::size_t side, double sign) {
+        if (row.inverse_mass[side] == 0) return;  // it may belong to other islands, too
         SolverBody& of = bodies[static_cast<std::size_t>(body)];
         of.translation += sign * moved * row.inverse_mass[side] * row.direction[k].along;
         of.rotation += sign * moved * row.direction[k].turn[side];

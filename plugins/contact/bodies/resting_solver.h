@@ -49,7 +49,7 @@ class RestingSolver {
   double solve_island(Bodies bodies, const Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
-  void store(Bodies bodies, std::span<ContactPoint> contacts) const;
+  void store(Bodies bodies, const Island& island, std::span<ContactPoint> contacts) const;
 
   JointProjection* joints_ = nullptr;
   std::vector<ContactRow> rows_;  // of active contacts, one island behind the other

@@ -13,6 +13,7 @@ constexpr double kShare = 1e-2;  // of that: the accuracy of the moves that sepa
 constexpr double kNear = 0.02;   // of a radius: the gap within which these moves may cause contact
 constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
+constexpr double kAmiss = 1e-5;  // of a radius: the error of a gap from which moves are found anew
 constexpr double kLoose = 1e-3;  // the tolerance with which closing contacts are found
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
@@ -24,6 +25,10 @@ Vec3 turned_over(const Vec3& r, const Vec3& w) {
 Mat3 turned_over(const Mat3& axes, const Vec3& w) {
   return transposed({turned_over(axes.column(0), w), turned_over(axes.column(1), w),
                      turned_over(axes.column(2), w)});
+}
+
+bool bounces(const ContactPoint& m) {
+  return m.restitution > 0 && m.before < -2 * std::fabs(m.given);
 }
 
 }  // namespace
@@ -48,15 +53,14 @@ bool RigidContact::activate(double h, double& scale) {
 double RigidContact::solve(double h) {
   contact_solver_.prepare(solver_bodies_, contacts_);
   double scale = 0;
-  bool bounces = false;
+  bool any_bounces = false;
   for (const ContactPoint& m : contacts_) {
     if (!m.active) continue;
-    const bool hits = m.before < -2 * std::fabs(m.given);
-    bounces = bounces || (hits && m.restitution > 0);
+    any_bounces = any_bounces || bounces(m);
     scale = std::max(scale, std::fabs(m.before) + std::fabs(m.given) +
                                 ContactSolver::velocity(solver_bodies_, m).norm());
   }
-  if (bounces) {
+  if (any_bounces) {
     contact_solver_.solve_restitution(solver_bodies_, contacts_, h, particles_->pool());
     // Bodies that bounced, or that others struck away, may approach again across a gap that the
     // step leaves open: their next impact belongs to a later step, and nothing rests there.
@@ -95,6 +99,40 @@ void RigidContact::project_moves() {
   for (std::size_t i = 0; i < solver_bodies_.size(); ++i)
     solver_bodies_[i].translation = moved_bodies_[i].velocity,
     solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
+}
+
+// Impulses act for different times where impacts meet resting contacts: the velocities fit together
+// then, and the moves do not, so that some gaps open and others close. The moves along normals are
+// found anew: 0 <= move, 0 <= gap, one of them 0.
+void RigidContact::fit_moves() {
+  overlaps_.clear();
+  double amiss = 0;
+  for (const ContactPoint& m : contacts_) {
+    if (!m.active || bounces(m)) continue;
+    const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
+    amiss = std::max(amiss, (m.normal_impulse > 0 ? std::fabs(gap) : -gap) /
+                                reach_[static_cast<std::size_t>(m.first)].scale);
+    ContactPoint& move = overlaps_.emplace_back(m);
+    move.offset = m.gap, move.ground = {}, move.friction = 0;
+    move.normal_impulse = m.duration * m.normal_impulse, move.friction_impulse = {};
+  }
+  if (amiss <= kAmiss) return;
+  moved_bodies_ = solver_bodies_;
+  for (SolverBody& each : moved_bodies_)
+    each.velocity = each.translation, each.angular_velocity = each.rotation;
+  solve_moves(overlaps_);
+  for (std::size_t i = 0; i < solver_bodies_.size(); ++i)
+    solver_bodies_[i].translation = moved_bodies_[i].velocity,
+    solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
+}
+
+// Displacements take the role of velocities.
+void RigidContact::solve_moves(std::span<ContactPoint> contacts) {
+  if (joints_) joints_->begin_moves();
+  contact_solver_.prepare(moved_bodies_, contacts);
+  resting_solver_.solve(moved_bodies_, contacts, kShare * kOverlap * tolerance_,
+                        particles_->pool());
+  if (joints_) joints_->end_moves();
 }
 
 // Moves overlapping bodies apart in the metric of the masses, repeatedly until none overlap.
@@ -141,16 +179,12 @@ void RigidContact::separate(double t) {
       }
     }
     if (deepest <= overlap || particles_->pool().gives_up(0)) return;
-    // Displacements take the role of velocities.
     moved_bodies_.resize(solver_bodies_.size());
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       moved_bodies_[i] = solver_bodies_[i];
       moved_bodies_[i].velocity = moved_bodies_[i].angular_velocity = {};
     }
-    if (joints_) joints_->begin_moves();
-    contact_solver_.prepare(moved_bodies_, contacts);
-    resting_solver_.solve(moved_bodies_, contacts, kShare * overlap, particles_->pool());
-    if (joints_) joints_->end_moves();
+    solve_moves(contacts);
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       solver_bodies_[i].translation += moved_bodies_[i].velocity;
       solver_bodies_[i].rotation += moved_bodies_[i].angular_velocity;
@@ -230,6 +264,7 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   if (particles_->pool().gives_up(0)) return true;
   counts_.unconverged = std::max(counts_.unconverged, unconverged);
   if (joints_) project_moves();
+  fit_moves();
   separate(t + h);
   if (particles_->pool().gives_up(0)) return true;
   const auto energy = [&] {

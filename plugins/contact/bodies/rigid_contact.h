@@ -17,8 +17,8 @@ namespace sim {
 // Impacts act at their time of impact, where the gap closes inside the step, by Newton's law of
 // restitution; resting contacts act as constant forces through the step. So a stack at rest keeps
 // its velocities and positions to rounding, and impacts and sliding are of second order in uniform
-// gravity. Penetration left by the solver is removed by position correction, without changing
-// velocities. Resting impulses are warm-started from those of the step before: memory(). The
+// gravity. Where both meet in one step, the moves along normals are found anew. Penetration left by
+// the solver is removed by position correction, without changing velocities. Resting impulses are warm-started from those of the step before: memory(). The
 // friction of two surfaces is their geometric mean, the restitution the larger one; a particle
 // takes those of the surface that it touches.
 class RigidContact {
@@ -93,6 +93,8 @@ class RigidContact {
   bool activate(double h, double& scale);
   double solve(double h);
   void project_moves();
+  void fit_moves();
+  void solve_moves(std::span<ContactPoint> contacts);
   void separate(double t);
   void store(double* x_next);
   void store_warm_start();

@@ -142,6 +142,35 @@ TEST_CASE("a stack of ten boxes stands for ten seconds", "[rigid]") {
   }
 }
 
+// Boxes land on each other while those below rest already: their moves have to fit together, or
+// those that separate bodies lift the stack in each step, and it never comes to rest.
+TEST_CASE("boxes that fall onto each other come to rest, and are lifted by nothing", "[rigid]") {
+  constexpr int kBoxes = 10;
+  constexpr double kWeight = 9.81;
+  for (const char* skew : {"0", "0.013"}) {
+    INFO("skew " << skew);
+    TextRun scene(scene_of("table.unpack(b)", kFloor, true,
+                           "local b, s = {}, " + std::string(skew) + "\nfor i = 1, " +
+                               std::to_string(kBoxes) +
+                               " do b[i] = sim.rigid { shape = sim.box { half = {0.1, 0.1, 0.1} }, "
+                               "mass = 1, friction = 0.5, position = { s * i, 0.25 * i - 0.1, 0.5 "
+                               "* s * i } } end\n"),
+                  "verlet", 0.005);
+    double least = HUGE_VAL, lifted = 0;
+    for (int n = 0; n < 400; ++n) {
+      REQUIRE(scene.system.step());
+      const double energy = scene.system.energy().total();
+      lifted = std::max(lifted, energy - least);
+      least = std::min(least, energy);
+    }
+    CHECK(lifted < 1e-3);
+    CHECK(scene.system.energy().kinetic < 1e-20);
+    for (int i = 0; i < kBoxes; ++i)
+      CHECK(scene.system.body_state(i).center.y() == Approx(0.1 + 0.2 * i).margin(1e-6));
+    CHECK(least == Approx(kWeight * 0.1 * kBoxes * kBoxes).margin(1e-3));
+  }
+}
+
 TEST_CASE("a stack that leans too far falls and comes to rest", "[rigid]") {
   TextRun scene(stack(6, "0.3"), "verlet", 0.002);
   const double energy = scene.system.energy().total();
