@@ -18,9 +18,10 @@ namespace sim {
 // restitution; resting contacts act as constant forces through the step. So a stack at rest keeps
 // its velocities and positions to rounding, and impacts and sliding are of second order in uniform
 // gravity. Where both meet in one step, the moves along normals are found anew. Penetration left by
-// the solver is removed by position correction, without changing velocities. Resting impulses are warm-started from those of the step before: memory(). The
-// friction of two surfaces is their geometric mean, the restitution the larger one; a particle
-// takes those of the surface that it touches.
+// the solver is removed by position correction, without changing velocities. Resting impulses are
+// warm-started from those of the step before: memory(). The friction of two surfaces is their
+// geometric mean, the restitution the larger one; a particle takes those of the surface that it
+// touches.
 class RigidContact {
  public:
   static constexpr double kToRounding = 1e-12;
