@@ -463,12 +463,14 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
                      kLeastExponent, refinement.error());
     previous = fineness;
     previous_error = error;
+    // A second miss tells of errors that fall unevenly, as in contact.
+    const double aim = attempt == 0 ? kAim : kAim * kAim, least = attempt == 0 ? 1.2 : 2;
     const double more = std::isfinite(error)
-                            ? elementary::pow(error / (kAim * result_.allowed), 1 / exponent)
+                            ? elementary::pow(error / (aim * result_.allowed), 1 / exponent)
                             : refinement.factor();
     // The error of a run near the limit of stability says little: what a trial has kept is enough.
     const double enough = chosen.kept_at(in_window()) * longer;
-    const double finer = fineness * std::clamp(more, 1.2, kMostTimesFiner);
+    const double finer = fineness * std::clamp(more, least, kMostTimesFiner);
     fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
     if (tried > 0 && fineness > finest) return;
     expected = run.cost * elementary::pow(fineness / previous, refinement.cost());
