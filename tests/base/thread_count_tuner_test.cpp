@@ -78,6 +78,16 @@ TEST_CASE("what pays is asked again", "[base]") {
   CHECK(steps.pool.size() == 4);
 }
 
+// As when a pile lands: a stretch between trials is of time, not of so many steps.
+TEST_CASE("what pays is asked again soon where steps get much longer", "[base]") {
+  Steps steps(2, shared(1e-4, 1e-3));
+  steps.take(1000);
+  CHECK(steps.pool.size() == 1);
+  steps.cost = shared(1.0, 0.01);
+  steps.take(20);
+  CHECK(steps.pool.size() == 2);
+}
+
 TEST_CASE("long steps are tried once each", "[base]") {
   Steps steps(2, shared(1.0, 0.01));
   steps.take(20);

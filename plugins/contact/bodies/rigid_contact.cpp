@@ -85,9 +85,7 @@ double RigidContact::solve(double h) {
 
 // Projects the motion that impulses of contact alone would cause onto the constraints.
 void RigidContact::project_moves() {
-  moved_bodies_ = solver_bodies_;
-  for (SolverBody& each : moved_bodies_)
-    each.velocity = each.translation, each.angular_velocity = each.rotation;
+  copy_moves();
   joints_->begin_moves();
   for (std::size_t group = 0; group < joints_->groups(); ++group)
     if (std::ranges::any_of(joints_->bodies_of(group), [&](int body) {
@@ -96,9 +94,7 @@ void RigidContact::project_moves() {
         }))
       joints_->project(moved_bodies_, group, false);
   joints_->end_moves();
-  for (std::size_t i = 0; i < solver_bodies_.size(); ++i)
-    solver_bodies_[i].translation = moved_bodies_[i].velocity,
-    solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
+  take_moves();
 }
 
 // Impulses act for different times where impacts meet resting contacts: the velocities fit together
@@ -117,16 +113,24 @@ void RigidContact::fit_moves() {
     move.normal_impulse = m.duration * m.normal_impulse, move.friction_impulse = {};
   }
   if (amiss <= kAmiss) return;
+  copy_moves();
+  solve_moves(overlaps_);
+  take_moves();
+}
+
+// The moves of bodies, in the role of their velocities.
+void RigidContact::copy_moves() {
   moved_bodies_ = solver_bodies_;
   for (SolverBody& each : moved_bodies_)
     each.velocity = each.translation, each.angular_velocity = each.rotation;
-  solve_moves(overlaps_);
+}
+
+void RigidContact::take_moves() {
   for (std::size_t i = 0; i < solver_bodies_.size(); ++i)
     solver_bodies_[i].translation = moved_bodies_[i].velocity,
     solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
 }
 
-// Displacements take the role of velocities.
 void RigidContact::solve_moves(std::span<ContactPoint> contacts) {
   if (joints_) joints_->begin_moves();
   contact_solver_.prepare(moved_bodies_, contacts);

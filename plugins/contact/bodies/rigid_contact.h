@@ -93,6 +93,8 @@ class RigidContact {
   void apply_warm_start(ContactPoint& contact) const;
   bool activate(double h, double& scale);
   double solve(double h);
+  void copy_moves();
+  void take_moves();
   void project_moves();
   void fit_moves();
   void solve_moves(std::span<ContactPoint> contacts);
