@@ -78,7 +78,7 @@ TEST_CASE("what pays is asked again", "[base]") {
   CHECK(steps.pool.size() == 4);
 }
 
-// As when a pile lands: a stretch between trials is of time, not of so many steps.
+// Stretches between trials are of time, not of so many steps: a pile lands, for one.
 TEST_CASE("what pays is asked again soon where steps get much longer", "[base]") {
   Steps steps(2, shared(1e-4, 1e-3));
   steps.take(1000);
