@@ -239,8 +239,7 @@ bool Chooser::cheaper_than_run(const MethodTrials& next) const {
 double Chooser::ahead() const {
   double least = HUGE_VAL;
   for (const MethodTrials& each : trials_) {
-    const Refinement refinement(each.method());
-    const double both = 1 + elementary::pow(refinement.factor(), refinement.cost());
+    const double both = 1 + Refinement(each.method()).dearer();
     least = std::min(least, both * whole(each.predict(kAim * in_window()).cost));
   }
   return least;
@@ -405,7 +404,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
-    const double dearer = elementary::pow(refinement.factor(), refinement.cost());
+    const double dearer = refinement.dearer();
     const SeenRun run =
         seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
           return go_on(method.label + ", the run", part, cost, dearer * cost);

@@ -71,7 +71,7 @@ bool MethodTrials::refine(const RunWatch& go_on) {
   }
   next_cost_ = cost_ > 0 && next.finished && finest_.finished
                    ? next.cost * std::clamp(next.cost / cost_, 1.0, factor)
-                   : next.cost * elementary::pow(factor, refinement_.cost());
+                   : next.cost * refinement_.dearer();
   if (!next.finished) next_cost_ = std::max(next_cost_, factor * next.cost);
   cost_ = next.cost;
   fineness_ = finer;
@@ -82,7 +82,7 @@ bool MethodTrials::refine(const RunWatch& go_on) {
 CostPrediction MethodTrials::predict(double allowed) const {
   if (only_) {
     if (runs_ < 2 || !(std::max(coarse_error_, doubt_) <= allowed)) return {};
-    return {first_, cost_ / elementary::pow(refinement_.factor(), refinement_.cost())};
+    return {first_, cost_ / refinement_.dearer()};
   }
   if (!std::isfinite(error()) || doubt_ > allowed) return {};
   const double times =

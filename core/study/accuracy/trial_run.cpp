@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/math/elementary.h"
 #include "core/study/accuracy/perturbation_growth.h"
 
 namespace sim::study {
@@ -68,6 +69,8 @@ ErrorCourse error_course(const Problem& problem, const SeenRun& run, const SeenR
   }
   return course;
 }
+
+double Refinement::dearer() const { return elementary::pow(factor(), cost()); }
 
 TrialRun trial_run(const Candidate& method, double fineness, std::int64_t between) {
   if (Refinement(method).by_tolerance())

@@ -48,6 +48,7 @@ class Refinement {
   // number of steps, or 1 / tolerance.
   double error() const { return by_tolerance_ ? 1 : order_; }
   double cost() const { return by_tolerance_ ? 1.0 / order_ : 1; }
+  double dearer() const;  // how many times the cost of a run its refinement costs
 
  private:
   bool by_tolerance_;

@@ -101,18 +101,20 @@ void RigidContact::project_moves() {
 // then, and the moves do not, so that some gaps open and others close. The moves along normals are
 // found anew: 0 <= move, 0 <= gap, one of them 0.
 void RigidContact::fit_moves() {
+  const auto amiss = [&](const ContactPoint& m) {
+    if (!m.active || bounces(m)) return false;
+    const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
+    const double off = m.normal_impulse > 0 ? std::fabs(gap) : -gap;
+    return off > kAmiss * reach_[static_cast<std::size_t>(m.first)].scale;
+  };
+  if (std::ranges::none_of(contacts_, amiss)) return;
   overlaps_.clear();
-  double amiss = 0;
   for (const ContactPoint& m : contacts_) {
     if (!m.active || bounces(m)) continue;
-    const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
-    amiss = std::max(amiss, (m.normal_impulse > 0 ? std::fabs(gap) : -gap) /
-                                reach_[static_cast<std::size_t>(m.first)].scale);
     ContactPoint& move = overlaps_.emplace_back(m);
     move.offset = m.gap, move.ground = {}, move.friction = 0;
     move.normal_impulse = m.duration * m.normal_impulse, move.friction_impulse = {};
   }
-  if (amiss <= kAmiss) return;
   copy_moves();
   solve_moves(overlaps_);
   take_moves();
