@@ -56,30 +56,26 @@ bool invert(Block& a) {
   return true;
 }
 
-using Graph = std::vector<std::vector<std::size_t>>;  // ascending neighbours
+}  // namespace
 
 // The order that eliminates a node with the fewest neighbours next, which are then neighbours of
 // each other (Tinney & Walker (1967), Proc. IEEE 55, 1801-1809).
-std::vector<std::size_t> minimum_degree(Graph graph) {
-  std::vector<std::size_t> place(graph.size(), graph.size()), joined;
-  for (std::size_t next = 0; next < graph.size(); ++next) {
-    std::size_t node = graph.size();
-    for (std::size_t i = 0; i < graph.size(); ++i)
-      if (place[i] == graph.size() &&
-          (node == graph.size() || graph[i].size() < graph[node].size()))
-        node = i;
-    place[node] = next;
-    for (const std::size_t i : graph[node]) {
-      joined.clear();
-      std::ranges::set_union(graph[i], graph[node], std::back_inserter(joined));
-      std::erase_if(joined, [&](std::size_t j) { return j == i || j == node; });
-      graph[i] = joined;
+void BlockLu::find_order() {
+  place_.assign(nodes_, nodes_);
+  for (std::size_t i = 0; i < nodes_; ++i) left_[i] = graph_[i];
+  for (std::size_t next = 0; next < nodes_; ++next) {
+    std::size_t node = nodes_;
+    for (std::size_t i = 0; i < nodes_; ++i)
+      if (place_[i] == nodes_ && (node == nodes_ || left_[i].size() < left_[node].size())) node = i;
+    place_[node] = next;
+    for (const std::size_t i : left_[node]) {
+      joined_.clear();
+      std::ranges::set_union(left_[i], left_[node], std::back_inserter(joined_));
+      std::erase_if(joined_, [&](std::size_t j) { return j == i || j == node; });
+      left_[i] = joined_;
     }
   }
-  return place;
 }
-
-}  // namespace
 
 void BlockLu::analyse(int nodes, std::span<const std::array<int, 2>> pairs) {
   nodes_ = static_cast<std::size_t>(nodes);
@@ -87,26 +83,31 @@ void BlockLu::analyse(int nodes, std::span<const std::array<int, 2>> pairs) {
     std::ranges::sort(list);
     list.erase(std::unique(list.begin(), list.end()), list.end());
   };
-  Graph graph(nodes_), columns(nodes_);
-  for (const auto& [a, b] : pairs) {
-    graph[static_cast<std::size_t>(a)].push_back(static_cast<std::size_t>(b));
-    graph[static_cast<std::size_t>(b)].push_back(static_cast<std::size_t>(a));
+  // Lists keep their memory for later patterns.
+  for (Graph* lists : {&graph_, &left_, &columns_}) {
+    if (lists->size() < nodes_) lists->resize(nodes_);
+    for (std::size_t i = 0; i < nodes_; ++i) (*lists)[i].clear();
   }
-  for (auto& list : graph) sort(list);
-  place_ = minimum_degree(graph);
+  for (const auto& [a, b] : pairs) {
+    graph_[static_cast<std::size_t>(a)].push_back(static_cast<std::size_t>(b));
+    graph_[static_cast<std::size_t>(b)].push_back(static_cast<std::size_t>(a));
+  }
+  for (std::size_t i = 0; i < nodes_; ++i) sort(graph_[i]);
+  find_order();
   // The rows of each column of L: those of the matrix, and those of the columns of which it is the
   // first row.
   for (std::size_t i = 0; i < nodes_; ++i)
-    for (const std::size_t j : graph[i])
-      if (place_[j] > place_[i]) columns[place_[i]].push_back(place_[j]);
+    for (const std::size_t j : graph_[i])
+      if (place_[j] > place_[i]) columns_[place_[i]].push_back(place_[j]);
   begin_.assign(1, 0);
   rows_.clear();
-  for (auto& column : columns) {
+  for (std::size_t k = 0; k < nodes_; ++k) {
+    std::vector<std::size_t>& column = columns_[k];
     sort(column);
     rows_.insert(rows_.end(), column.begin(), column.end());
     begin_.push_back(rows_.size());
     if (column.size() > 1)
-      columns[column[0]].insert(columns[column[0]].end(), column.begin() + 1, column.end());
+      columns_[column[0]].insert(columns_[column[0]].end(), column.begin() + 1, column.end());
   }
   targets_.clear();
   for (std::size_t k = 0; k < nodes_; ++k)

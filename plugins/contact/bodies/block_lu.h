@@ -28,6 +28,8 @@ class BlockLu {
   void solve(std::span<double> x) const;  // x := A^-1 x
 
  private:
+  using Graph = std::vector<std::vector<std::size_t>>;
+  void find_order();
   std::size_t lower(std::size_t slot) const { return nodes_ + 2 * slot; }
   std::size_t upper(std::size_t slot) const { return nodes_ + 2 * slot + 1; }
   std::size_t find(std::size_t row, std::size_t column) const;
@@ -38,6 +40,9 @@ class BlockLu {
   std::vector<std::size_t> targets_;       // of the products, in the order in which they are made
   std::vector<Block> blocks_;              // the diagonal, then pairs below and above it
   mutable std::vector<double> x_;
+  // The analysis keeps neighbours, ascending, those left by an elimination, and rows of columns.
+  Graph graph_, left_, columns_;
+  std::vector<std::size_t> joined_;
 };
 
 }  // namespace sim

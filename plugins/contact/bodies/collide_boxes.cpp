@@ -121,11 +121,15 @@ bool add_parallel_edges(const TurnedBox& a, std::size_t i, const TurnedBox& b, s
 void collide_boxes(const Placed& first, const Placed& second, double margin,
                    std::vector<ManifoldPoint>& out) {
   constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
-  constexpr double kPrefer = 1e-7;  // of the size: faces before edges, the first before the second
-  constexpr double kMeet = 1e-3;    // of the size: parallel edges that are at one place
+  constexpr double kPrefer = 1e-7;    // of the size: faces before edges
+  // The same, faces of the first before those of the second. Boxes that lie on each other turn by
+  // a few tolerances in each step, which would give their contact points other names.
+  constexpr double kPreferFirst = 3e-5;
+  constexpr double kMeet = 1e-3;  // of the size: parallel edges that are at one place
   const TurnedBox a(first), b(second);
   const Vec3 d = a.center - b.center;
-  const double size = a.half.maxCoeff() + b.half.maxCoeff(), prefer = kPrefer * size;
+  const double size = a.half.maxCoeff() + b.half.maxCoeff(),
+               prefers[] = {0, kPreferFirst * size, kPrefer * size};
 
   // The axis n of largest separation, which points from b to a.
   struct Best {
@@ -139,7 +143,7 @@ void collide_boxes(const Placed& first, const Placed& second, double margin,
     const double along = axis.dot(d);
     const double gap = std::fabs(along) - a.reach(axis) - b.reach(axis);
     const bool nearly_face = kind == 2 && std::fabs(axis.dot(face)) > kNearlyParallel;
-    if (gap > best.gap + (kind > 0 ? prefer : 0) && !nearly_face)
+    if (gap > best.gap + prefers[kind] && !nearly_face)
       best = {gap, along < 0 ? Vec3(-axis) : axis, kind, i, j};
     return gap <= margin;
   };

@@ -45,6 +45,8 @@ struct ContactPoint {
          inverse_mass_t = 0;  // 1/kg, along the normal and, at most, along the surface
   double normal_impulse = 0, tangent_impulse[2] = {};  // N s, of resting contact
   Vec3 friction_impulse;                               // N s, the last two in space, to begin with
+  double first_impulse = 0;                            // N s, along the normal: the warm start
+  double first_rate = 0;                               // m/s, the normal velocity that it leaves
   double given = 0;                                    // m/s, gained by forces after the touch
   double offset = 0;  // resting contact is 0 <= normal velocity + offset
   int collider = -1;  // the fixed side

@@ -6,11 +6,10 @@
 namespace sim {
 namespace {
 
-constexpr int kMostSteps = 150;            // proximal ones
-constexpr std::size_t kMostFactors = 400;  // of all of them
-constexpr int kMostNewton = 25;            // of one step
-constexpr int kQuick = 6;                  // Newton iterations after which s may grow
-constexpr int kMostHalvings = 10;          // of an iteration
+constexpr int kMostSteps = 150;    // proximal ones
+constexpr int kMostNewton = 25;    // of one step
+constexpr int kQuick = 6;          // Newton iterations after which s may grow
+constexpr int kMostHalvings = 10;  // of an iteration
 constexpr double kFirstWeight = 100, kLeastWeight = 1, kMostWeight = 1e7;
 constexpr double kGrows = 2, kShrinks = 0.25;
 constexpr double kWorse = 4;                // times the least residual, by rounding: s is too large
@@ -214,16 +213,16 @@ double ProximalNewton::residual() const {
 }
 
 double ProximalNewton::solve(std::span<const SolverBody> bodies, std::span<const ContactRow> rows,
-                             std::span<const int> moving, double tolerance,
+                             std::span<const int> moving, const Goal& goal,
                              const std::function<bool()>& gives_up) {
   load(bodies, rows, moving);
   const std::size_t factors = kMostProducts / (matrix_.products() + 1);
   if (factors < kFewFactors) return HUGE_VAL;
   double least = HUGE_VAL, heaviest = kMostWeight, lightest = HUGE_VAL;
   for (const Point& point : points_) lightest = std::min(lightest, point.step);
-  const double fine = tolerance * std::sqrt(lightest);  // as a motion
+  const double fine = goal.tolerance * std::sqrt(lightest);  // as a motion
   weight_ = kFirstWeight;
-  left_ = static_cast<int>(std::min(kMostFactors, factors));
+  left_ = static_cast<int>(std::min(goal.factors, factors));
   best_.resize(points_.size());
   for (int step = 0; step < kMostSteps && left_ > 0 && !gives_up(); ++step) {
     begin_ = y_;
@@ -243,7 +242,7 @@ double ProximalNewton::solve(std::span<const SolverBody> bodies, std::span<const
       least = now;
       for (std::size_t r = 0; r < points_.size(); ++r) best_[r] = points_[r].impulse;
     }
-    if (now <= tolerance) break;
+    if (now <= goal.tolerance) break;
     if (now > kWorse * least && kImpulseRounding * weight_ * norm(y_) > fine)
       weight_ = heaviest = std::max(kLeastWeight, kShrinks * weight_);
     else if (solves_ <= kQuick)

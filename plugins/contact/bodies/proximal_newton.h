@@ -23,11 +23,15 @@ namespace sim {
 // is quick.
 class ProximalNewton {
  public:
+  struct Goal {
+    double tolerance = 0;       // m/s
+    std::size_t factors = 400;  // the most factorisations
+  };
   // Solves from the impulses of the rows, which are applied to the bodies. `moving`: the bodies of
   // the island. Returns the residual of impulses(), m/s, infinite if factorisation is too much
   // work.
   double solve(std::span<const SolverBody> bodies, std::span<const ContactRow> rows,
-               std::span<const int> moving, double tolerance,
+               std::span<const int> moving, const Goal& goal,
                const std::function<bool()>& gives_up);
   std::span<const Vec3> impulses() const { return best_; }
 

@@ -13,6 +13,10 @@ namespace {
 constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve the residual
 constexpr int kSlow = 60;                           // sweeps between tries of Newton's method
 constexpr double kCloser = 0.2;  // of the tolerance, for that: a sweep sums what points ask for
+// An island that is nearly solved to begin with rests: Newton's method solves it in a few
+// factorisations, and so finely that the next steps find nothing to solve.
+constexpr double kNearly = 100, kFinely = 1e-3;  // tolerances
+constexpr std::size_t kQuickFactors = 20;
 constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
 constexpr std::size_t kWorthThreads = 256;    // rows and equations
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
@@ -125,10 +129,15 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
     const bool best = swept.residual <= least;
     least = std::min(least, swept.residual);
-    if (turn % kSlow == 0 && turn < last && island.groups.empty()) {
+    const bool rests =
+        turn == 1 && swept.residual <= kNearly * tolerance && swept.rounding < kFinely * tolerance;
+    if ((turn % kSlow == 0 || rests) && turn < last && island.groups.empty()) {
       if (!best) put(mixing.best());
       const std::span<ContactRow> of = std::span(rows_).subspan(island.begin, rows);
-      if (newton.solve(bodies, of, island.bodies, kCloser * tolerance, gives_up) < least)
+      const ProximalNewton::Goal goal =
+          rests ? ProximalNewton::Goal{kFinely * tolerance, kQuickFactors}
+                : ProximalNewton::Goal{kCloser * tolerance};
+      if (newton.solve(bodies, of, island.bodies, goal, gives_up) < least)
         for (std::size_t r = 0; r < rows; ++r) {
           of[r].apply(bodies, newton.impulses()[r] - of[r].impulse);
           of[r].impulse = newton.impulses()[r];

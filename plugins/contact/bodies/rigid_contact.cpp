@@ -9,11 +9,12 @@ namespace sim {
 namespace {
 
 constexpr double kOverlap = 10;  // tolerances: the overlap left between bodies, of a radius
-constexpr double kShare = 1e-2;  // of that: the accuracy of the moves that separate bodies
+constexpr double kShare = 1e-2;  // of that: the accuracy of the moves that separate bodies, m
 constexpr double kNear = 0.02;   // of a radius: the gap within which these moves may cause contact
 constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
 constexpr double kAmiss = 1e-5;  // of a radius: the error of a gap from which moves are found anew
+constexpr double kFit = 0.01;    // of that: the accuracy of these moves
 constexpr double kLoose = 1e-3;  // the tolerance with which closing contacts are found
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
@@ -70,6 +71,9 @@ double RigidContact::solve(double h) {
         m.active = false;
   }
   contact_solver_.start(solver_bodies_, contacts_);
+  for (ContactPoint& m : contacts_)
+    m.first_impulse = m.normal_impulse,
+    m.first_rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
   // Contacts that close during the step are found with a loose tolerance first, which takes fewer
   // sweeps for each of them.
   double change = 0;
@@ -109,14 +113,16 @@ void RigidContact::fit_moves() {
   };
   if (std::ranges::none_of(contacts_, amiss)) return;
   overlaps_.clear();
+  double smallest = HUGE_VAL;
   for (const ContactPoint& m : contacts_) {
     if (!m.active || bounces(m)) continue;
+    smallest = std::min(smallest, reach_[static_cast<std::size_t>(m.first)].scale);
     ContactPoint& move = overlaps_.emplace_back(m);
     move.offset = m.gap, move.ground = {}, move.friction = 0;
     move.normal_impulse = m.duration * m.normal_impulse, move.friction_impulse = {};
   }
   copy_moves();
-  solve_moves(overlaps_);
+  solve_moves(overlaps_, std::min(kShare * kOverlap * tolerance_, kFit * kAmiss * smallest));
   take_moves();
 }
 
@@ -133,11 +139,10 @@ void RigidContact::take_moves() {
     solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
 }
 
-void RigidContact::solve_moves(std::span<ContactPoint> contacts) {
+void RigidContact::solve_moves(std::span<ContactPoint> contacts, double tolerance) {
   if (joints_) joints_->begin_moves();
   contact_solver_.prepare(moved_bodies_, contacts);
-  resting_solver_.solve(moved_bodies_, contacts, kShare * kOverlap * tolerance_,
-                        particles_->pool());
+  resting_solver_.solve(moved_bodies_, contacts, tolerance, particles_->pool());
   if (joints_) joints_->end_moves();
 }
 
@@ -190,7 +195,7 @@ void RigidContact::separate(double t) {
       moved_bodies_[i] = solver_bodies_[i];
       moved_bodies_[i].velocity = moved_bodies_[i].angular_velocity = {};
     }
-    solve_moves(contacts);
+    solve_moves(contacts, kShare * kOverlap * tolerance_);
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       solver_bodies_[i].translation += moved_bodies_[i].velocity;
       solver_bodies_[i].rotation += moved_bodies_[i].angular_velocity;
@@ -291,10 +296,13 @@ void RigidContact::store_warm_start() {
   for (const ContactPoint& m : contacts_) {
     if (!m.active) continue;
     ++most;
-    if (m.normal_impulse > 0)
-      warm_start_.push_back({m.key1, m.key2, m.feature,
-                             m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v,
-                             m.normal_impulse});
+    // Past velocities are stopped once: their share in the change of the impulse is not kept.
+    const double share = m.first_rate != 0 ? std::clamp(m.before / m.first_rate, 0.0, 1.0) : 0;
+    const double normal = m.normal_impulse - share * (m.normal_impulse - m.first_impulse);
+    const Vec3 pull = m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v;
+    if (normal > 0)
+      warm_start_.push_back(
+          {m.key1, m.key2, m.feature, pull - share * (pull - m.friction_impulse), normal});
   }
   counts_.most = std::max(counts_.most, most);
   // Particles became solver bodies in the order in which they were found.

@@ -97,7 +97,7 @@ class RigidContact {
   void take_moves();
   void project_moves();
   void fit_moves();
-  void solve_moves(std::span<ContactPoint> contacts);
+  void solve_moves(std::span<ContactPoint> contacts, double tolerance);
   void separate(double t);
   void store(double* x_next);
   void store_warm_start();
