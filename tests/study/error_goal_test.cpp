@@ -264,6 +264,60 @@ TEST_CASE("trials know the coarsest run that kept an error", "[study][goal]") {
   CHECK(std::isfinite(trials.predict(1).cost));  // what is known remains
 }
 
+TEST_CASE("a larger tolerance is tried where the first is far within the error", "[study][goal]") {
+  const sim::SystemSpec spec = make_circle();
+  sim::Registry registry = make_registry();
+  const sim::study::Problem problem{&spec, &registry};
+  const auto method = sim::study::fitting_methods(problem, {{"tsit5"}}).front();
+  const auto go_on = [](double) { return true; };
+  sim::study::MethodTrials trials(problem, method, 1, 1e3, 20, false, false);
+  REQUIRE(trials.refine(go_on));
+  CHECK_FALSE(trials.can_coarsen(1));
+  REQUIRE(trials.refine(go_on));
+  const double error = trials.error();
+  CHECK_FALSE(trials.can_coarsen(error));
+  REQUIRE(trials.can_coarsen(1));
+  CHECK(trials.predict(1).fineness == 1e3);
+  trials.coarsen(error, go_on);
+  CHECK(trials.predict(1).fineness == 1e3);  // it was off by more
+  trials.coarsen(1, go_on);
+  CHECK(trials.predict(1).fineness == 1e2);
+  CHECK_FALSE(trials.can_coarsen(1));  // by no more than this
+  trials.doubt(1e-9);
+  CHECK_FALSE(trials.can_coarsen(1));
+}
+
+TEST_CASE("the cheapest method of large errors is tried on what is of first order",
+          "[study][goal]") {
+  sim::SystemSpec spec = make_chaos();
+  const sim::OdeFunction decays = [](double, std::span<const double> x, std::span<double> dxdt) {
+    dxdt[0] = 100 * (x[1] - x[0]), dxdt[1] = -x[1], dxdt[2] = -x[2];
+  };
+  spec.first_order = sim::FirstOrderSpec{1, {1, 1, 1}, make_part("lua", {{"f", decays}})};
+  const auto chosen = [&](double share) {
+    const GoalChoice choice = choice_of(spec, {.budget = {share, false}, .time = 1});
+    REQUIRE(choice.method);
+    CHECK(choice.kept);
+    return choice.method->name;
+  };
+  CHECK(chosen(2e-2) == "euler");
+  CHECK(chosen(1e-6) != "euler");
+}
+
+// With a tolerance of 1e-3 rodas4 comes to no end there; with 1e-4 it costs less than half of what
+// others do.
+TEST_CASE("a method that could not go on is tried with a smaller tolerance", "[study][goal]") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = sim::load_scene("scenes/robertson.lua", registry,
+                                               {.search_path = {SIM_SOURCE_DIR "/scripts"}})
+                                   .systems.front();
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-3, false}, .time = spec.duration});
+  REQUIRE(choice.method);
+  CHECK(choice.kept);
+  CHECK(choice.method->name == "rodas4");
+  CHECK(choice.cost < 1500);
+}
+
 TEST_CASE("a choice that is told to end says so", "[study][goal]") {
   const sim::SystemSpec spec = make_cloth(4);
   sim::Registry registry = make_registry();

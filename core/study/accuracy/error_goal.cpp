@@ -22,6 +22,7 @@ namespace {
 constexpr const char* kWorthTrying[] = {
     "verlet", "pefrl",  "rk4",      "tsit5",  "dop853", "implicit_midpoint",
     "imex",   "trbdf2", "esdirk43", "rodas4", "bdf"};
+constexpr const char* kCheapest = "euler";  // of first-order systems at large errors
 
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
@@ -164,7 +165,8 @@ void Chooser::make_trials() {
   const std::string own = problem_.registry->get<Integrator>(problem_.integrator().name).name;
   if (wanted.empty())
     std::erase_if(methods, [&](const Candidate& each) {
-      const bool tried = std::ranges::find(kWorthTrying, each.name) != std::end(kWorthTrying);
+      const bool tried = std::ranges::find(kWorthTrying, each.name) != std::end(kWorthTrying) ||
+                         (problem_.spec->first_order && each.name == kCheapest);
       return each.chooses || (!tried && each.name != own);
     });
   const Spectrum modes = spectrum(system);
@@ -359,6 +361,12 @@ MethodTrials* Chooser::choose_checked() {
     if (told_) return nullptr;
     race();
     chosen = cheapest();
+  }
+  const double aim = kAim * in_window();
+  if (chosen && !told_ && !may_miss_pulse(*chosen) && chosen->can_coarsen(aim)) {
+    const double cost = chosen->predict(aim).cost, later = ahead();
+    chosen->coarsen(aim,
+                    [&](double part) { return go_on(chosen->method().label, part, cost, later); });
   }
   return chosen;
 }

@@ -9,6 +9,7 @@ namespace sim::study {
 namespace {
 
 constexpr double kImplicitStep = 50;  // evaluations that one is worth before it is tried
+constexpr double kCoarsestTolerance = 1e-2;
 
 }  // namespace
 
@@ -72,7 +73,10 @@ bool MethodTrials::refine(const RunWatch& go_on) {
   next_cost_ = cost_ > 0 && next.finished && finest_.finished
                    ? next.cost * std::clamp(next.cost / cost_, 1.0, factor)
                    : next.cost * refinement_.dearer();
-  if (!next.finished) next_cost_ = std::max(next_cost_, factor * next.cost);
+  // A method with a tolerance that could not go on tells little of what it takes with a smaller
+  // one.
+  if (!next.finished && !refinement_.by_tolerance())
+    next_cost_ = std::max(next_cost_, factor * next.cost);
   cost_ = next.cost;
   fineness_ = finer;
   finest_ = std::move(next);
@@ -90,6 +94,25 @@ CostPrediction MethodTrials::predict(double allowed) const {
   const double fineness = std::max(first_, fineness_ * times);
   const double slope = elementary::log(next_cost_ / cost_) / elementary::log(refinement_.factor());
   return {fineness, cost_ * elementary::pow(fineness / fineness_, slope)};
+}
+
+bool MethodTrials::can_coarsen(double allowed) const {
+  if (only_ || runs_ < 2 || doubt_ > 0 || !refinement_.by_tolerance()) return false;
+  const double coarser = first_ / refinement_.factor();
+  return coarser > 0.9 / kCoarsestTolerance && predict(allowed).fineness <= first_ &&
+         error_ * elementary::pow(fineness_ / coarser, exponent_) <= allowed;
+}
+
+void MethodTrials::coarsen(double allowed, const RunWatch& go_on) {
+  const double coarser = first_ / refinement_.factor();
+  bool told = false;
+  const SeenRun run = seen_run(*problem_, method_, trial_run(method_, coarser, between_), window_,
+                               [&](double done) {
+                                 told = told || !go_on(done);
+                                 return !told;
+                               });
+  spent_ += run.cost;
+  if (!told && error_course(*problem_, finest_, run).most + error_ <= allowed) first_ = coarser;
 }
 
 double MethodTrials::least_cost(double allowed) const {

@@ -28,8 +28,8 @@ class MethodTrials {
 
   // The error of the finest run is infinite before there are two.
   double error() const { return std::max(error_, doubt_); }
-  double own_error() const { return error_; }    // whatever another family says
-  void doubt(double error) { doubt_ = error; }   // another family says so; until it is refined
+  double own_error() const { return error_; }   // whatever another family says
+  void doubt(double error) { doubt_ = error; }  // another family says so; until it is refined
   // The same, and runs as coarse as the finest are not chosen later.
   void doubt_coarse_runs(double error);
   double exponent() const { return exponent_; }  // observed, at most the claimed one
@@ -54,6 +54,11 @@ class MethodTrials {
   // A lower bound on the cost of a run that keeps it, if the claimed order holds from the finest
   // run on.
   double least_cost(double allowed) const;
+
+  // True if the first run was so far within the error that one with a larger tolerance may keep it.
+  bool can_coarsen(double allowed) const;
+  // Tries that one, which may be chosen from then on if it keeps the error.
+  void coarsen(double allowed, const RunWatch& go_on);
 
  private:
   const Problem* problem_;
