@@ -10,7 +10,9 @@ namespace {
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
 // The search margin of a solver body, m, which includes the motion that impulses may add.
-double margin_of(double path_length, double radius) { return 2 * path_length + 1e-3 * radius; }
+double margin_of(double path_length, double radius) {
+  return 2 * path_length + RigidContact::kMargin * radius;
+}
 
 // The state at a fraction `left` of the step before its end.
 template <class Reach>
@@ -76,7 +78,7 @@ void RigidContact::load(const Step& step) {
     reach.after = body.state(to);
     reach.radius = reach.scale = body_collision_.radius(static_cast<int>(i));
     measure(reach, step.h);
-    reach.fixed = false;
+    reach.fixed = reach.fast = false;
     for (int p = 0; p < RigidBody::kParticles; ++p)
       reach.fixed = reach.fixed || !to.free(body.first() + p);
     SolverBody& solver_body = solver_bodies_[i] = {};
@@ -245,6 +247,7 @@ void RigidContact::add_manifold(int first, int second, int collider, double marg
     collide(left, k == trials ? margin : 0.0);
     if (points_.empty()) continue;
     const std::size_t begin = contacts_.size();
+    reach_[static_cast<std::size_t>(first)].fast |= left > 0;
     for (const ManifoldPoint& point : points_)
       add_contact(point, first, second, collider, step, left);
     if (second >= 0) move_arms(begin);

@@ -53,8 +53,11 @@ Vec3 ProximalNewton::velocity(const Point& point, std::span<const double> y) con
   for (const Side& side : point.side) {
     if (side.body < 0) continue;
     const double* const at = &y[BlockLu::kSize * static_cast<std::size_t>(side.body)];
-    const Vec3 v(at[0], at[1], at[2]), turning(at[3], at[4], at[5]);
-    for (std::size_t k = 0; k < 3; ++k) w[k] += side.along[k].dot(v) + side.turn[k].dot(turning);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double* const row = side.row[k];
+      w[k] += (row[0] * at[0] + row[1] * at[1] + row[2] * at[2]) +
+              (row[3] * at[3] + row[4] * at[4] + row[5] * at[5]);
+    }
   }
   return w;
 }
@@ -65,8 +68,7 @@ void ProximalNewton::add(const Point& point, const Vec3& impulse, std::span<doub
     if (side.body < 0) continue;
     double* const at = &y[BlockLu::kSize * static_cast<std::size_t>(side.body)];
     for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t j = 0; j < 3; ++j)
-        at[j] += impulse[k] * side.along[k][j], at[3 + j] += impulse[k] * side.turn[k][j];
+      for (std::size_t j = 0; j < BlockLu::kSize; ++j) at[j] += impulse[k] * side.row[k][j];
   }
 }
 
@@ -93,9 +95,10 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, std::span<const Co
       side.body = local_[static_cast<std::size_t>(body)];
       const double sign = s == 0 ? 1 : -1, root = sign * std::sqrt(row.inverse_mass[s]);
       for (std::size_t k = 0; k < 3; ++k) {
-        side.along[k] = root * row.direction[k].along;
-        side.turn[k] =
+        const Vec3 along = root * row.direction[k].along;
+        const Vec3 turn =
             sign * (root_[static_cast<std::size_t>(side.body)] * row.direction[k].moment[s]);
+        for (std::size_t j = 0; j < 3; ++j) side.row[k][j] = along[j], side.row[k][3 + j] = turn[j];
       }
     }
     const Mat3& response = row.point.response;
@@ -155,20 +158,17 @@ void ProximalNewton::fill_matrix() {
       double product[3][BlockLu::kSize] = {};  // s P' G
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t l = 0; l < 3; ++l)
-          for (std::size_t j = 0; j < 3; ++j) {
-            product[k][j] += s * slope(k, l) * with.along[l][j];
-            product[k][3 + j] += s * slope(k, l) * with.turn[l][j];
-          }
+          if (const double factor = s * slope(k, l); factor != 0)  // few are not, without slip
+            for (std::size_t j = 0; j < BlockLu::kSize; ++j)
+              product[k][j] += factor * with.row[l][j];
       for (std::size_t a = 0; a < 2; ++a) {
         const Side& side = point.side[a];
         if (side.body < 0) continue;
         BlockLu::Block& block = matrix_.block(point.entry[2 * a + b]);
         for (std::size_t k = 0; k < 3; ++k)
-          for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < BlockLu::kSize; ++j) {
-              block[BlockLu::kSize * i + j] += side.along[k][i] * product[k][j];
-              block[BlockLu::kSize * (3 + i) + j] += side.turn[k][i] * product[k][j];
-            }
+          for (std::size_t i = 0; i < BlockLu::kSize; ++i)
+            for (std::size_t j = 0; j < BlockLu::kSize; ++j)
+              block[BlockLu::kSize * i + j] += side.row[k][i] * product[k][j];
       }
     }
   }

@@ -37,8 +37,8 @@ class ProximalNewton {
 
  private:
   struct Side {
-    int body = -1;           // of the island
-    Vec3 along[3], turn[3];  // G: of each direction, for its velocity and its rotation
+    int body = -1;                       // of the island
+    double row[3][BlockLu::kSize] = {};  // G: of each direction, for its velocity and its rotation
   };
   struct Point {
     Side side[2];

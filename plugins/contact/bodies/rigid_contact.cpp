@@ -146,8 +146,31 @@ void RigidContact::solve_moves(std::span<ContactPoint> contacts, double toleranc
   if (joints_) joints_->end_moves();
 }
 
+// True if no two bodies can overlap by more than they may, as far as their contact points tell. By
+// small moves t, and rotations w, a gap changes linearly up to some |w| (|t| + |w| r); nothing else
+// gets near that was beyond the margin within which points were sought.
+bool RigidContact::stay_apart() const {
+  return std::ranges::all_of(contacts_, [&](const ContactPoint& m) {
+    double shift = 0, turn = 0, radius = 0, path = 0;
+    for (const int side : {m.first, m.second}) {
+      if (side < 0) continue;
+      const auto at = static_cast<std::size_t>(side);
+      shift += solver_bodies_[at].translation.norm();
+      turn += solver_bodies_[at].rotation.norm();
+      radius += reach_[at].radius;
+      path += reach_[at].path_length;
+    }
+    const Reach& first = reach_[static_cast<std::size_t>(m.first)];
+    const double most = shift + turn * radius;
+    const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
+    return !first.fast && most < path + kMargin * first.scale &&
+           gap - 2 * turn * (most + path) > -kOverlap * tolerance_ * first.scale;
+  });
+}
+
 // Moves overlapping bodies apart in the metric of the masses, repeatedly until none overlap.
 void RigidContact::separate(double t) {
+  if (stay_apart()) return;
   const auto now = [&](int i) {
     const auto at = static_cast<std::size_t>(i);
     RigidState state = reach_[at].after;

@@ -26,10 +26,10 @@ class RigidContact {
  public:
   static constexpr double kToRounding = 1e-12;
   static constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
+  static constexpr double kMargin = 1e-3;  // of a radius: points are sought at least so far
 
   // tolerance: of the residual, relative to the largest velocity, and of the overlap of bodies,
-  // relative to a radius. constraint_system: the constraints on them; null: none, and the contact
-  // of single particles is resolved here.
+  // relative to a radius. constraint_system: null: none, and single particles are resolved here.
   RigidContact(BodyCollision body_collision, Particles& particles,
                ConstraintSystem* constraint_system = nullptr, double tolerance = kToRounding);
 
@@ -66,7 +66,7 @@ class RigidContact {
     double scale = 0;                    // m, the scale of small gaps
     double duration = 0;  // s: a force through the step moves it by lever * its velocity
     double gained = 0;    // (m/s)^2: the velocity change by forces and constraints
-    bool fixed = false;   // one of its particles is pinned
+    bool fixed = false, fast = false;  // one of its particles is pinned; it is seen on its way
   };
   struct Ball {                // around a body and its possible path
     double low = 0, span = 0;  // m, its end on the axis of the sweep; its radius
@@ -98,14 +98,14 @@ class RigidContact {
   void project_moves();
   void fit_moves();
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
+  bool stay_apart() const;
   void separate(double t);
   void store(double* x_next);
   void store_warm_start();
 
   BodyCollision body_collision_;
   Particles* particles_;
-  std::optional<ParticleContactPass>
-      contact_pass_;  // of single particles, where there are colliders
+  std::optional<ParticleContactPass> contact_pass_;  // of single particles and colliders
   ContactSolver contact_solver_;
   RestingSolver resting_solver_;
   double tolerance_, gap_tolerance_;
