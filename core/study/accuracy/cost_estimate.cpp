@@ -8,10 +8,14 @@
 namespace sim::study {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr double kFinest = 1e-11;     // of the size: about the accuracy of a reference
 constexpr double kImplicitCost = 40;  // evaluations that the time of an implicit step is worth
 constexpr double kWatched = 1.5;      // times as long takes a run whose states are looked at
-constexpr double kPilot = 2e5;        // evaluations of 64 particles
+constexpr double kPilot = 2e5;        // evaluations of 64 particles, or as many as take
+constexpr double kPilotSeconds = 0.2;
+constexpr double kMostSeconds = 2;  // of all pilot runs: contact and constraints take longer
 
 double with_repeats(double seconds, int repeats) {
   return seconds * (kWatched + repeats_after(seconds, repeats));
@@ -20,7 +24,6 @@ double with_repeats(double seconds, int repeats) {
 }  // namespace
 
 std::optional<double> seconds_a_step(const Problem& problem, const Candidate& method) {
-  using Clock = std::chrono::steady_clock;
   constexpr double kLong = 0.03;
   constexpr int kSteps = 20;
   Simulation system = problem.with(method).simulation();
@@ -85,12 +88,17 @@ CostEstimate cost_estimate(const Problem& problem, std::span<const Candidate> me
            method.info.order >= 2 && method.info.precision == Precision::kDouble;
   });
   if (fixed == methods.end()) return pace;
-  const double most =
-      kPilot * 64 / std::max(64, system.particles()) / std::max(1, fixed->info.evaluations);
+  const double most = std::min(kPilot * 64 / std::max(64, system.particles()),
+                               kPilotSeconds / std::max(1e-9, pace.seconds)) /
+                      std::max(1, fixed->info.evaluations);
   const double h = std::min(system.h(), time / kIntervals);
   const double part = std::min(time, most * h);
+  const auto begin = Clock::now();
+  const auto in_time = [&] {
+    return std::chrono::duration<double>(Clock::now() - begin).count() < kMostSeconds;
+  };
   auto steps = std::max<std::int64_t>(kIntervals, static_cast<std::int64_t>(part / h));
-  for (int attempt = 0; attempt < 3; ++attempt, steps *= 2) {
+  for (int attempt = 0; attempt < 3 && in_time(); ++attempt, steps *= 2) {
     std::vector<double> ends[2];
     Trajectory runs[2];
     for (const int k : {0, 1})
@@ -99,7 +107,7 @@ CostEstimate cost_estimate(const Problem& problem, std::span<const Candidate> me
                                 .intervals = 1,
                                 .steps = steps << k,
                                 .see = [&](int, const std::vector<double>& x) { ends[k] = x; }},
-                               [] { return true; });
+                               in_time);
     if (!runs[1].finished) continue;
     const double size = problem.of ? std::max(1e-3, std::abs(ends[1].front())) : scene_size(system);
     const double off = std::clamp(distance(ends[0], ends[1]).rms / size, 1e-14, 1.0);
