@@ -19,6 +19,8 @@ constexpr double kNearly = 100, kFinely = 1e-3;  // tolerances
 constexpr std::size_t kQuickFactors = 20;
 constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
 constexpr std::size_t kWorthThreads = 256;    // rows and equations
+constexpr double kWorthSweeps = 2;            // by a solve before
+constexpr double kForgets = 0.8;              // some three solves are made in a step
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -51,7 +53,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
     if (island < 0) {
       island = static_cast<int>(count_++);
       if (islands_.size() < count_) islands_.emplace_back();
-      islands_[count_ - 1].end = 0;
+      islands_[count_ - 1].end = islands_[count_ - 1].visits = 0;
       islands_[count_ - 1].bodies.clear();
       islands_[count_ - 1].groups.clear();
     }
@@ -98,7 +100,7 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
   return sum;
 }
 
-double RestingSolver::solve_island(Bodies bodies, const Island& island, double tolerance,
+double RestingSolver::solve_island(Bodies bodies, Island& island, double tolerance,
                                    ProximalNewton& newton, const std::function<bool()>& gives_up) {
   const std::size_t rows = island.end - island.begin, n = 3 * rows;
   const std::size_t each = Anderson::memory(3);
@@ -126,6 +128,7 @@ double RestingSolver::solve_island(Bodies bodies, const Island& island, double t
   for (int turn = 1, last = most;; ++turn) {
     read(x);
     const Sweep swept = sweep(bodies, island);
+    island.visits += rows;
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
     const bool best = swept.residual <= least;
     least = std::min(least, swept.residual);
@@ -172,7 +175,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   const auto solve_some = [&](int rank) {
     const std::function<bool()> gives_up = [&pool, rank] { return pool.gives_up(rank); };
     for (std::size_t k; (k = next++) < count_;) {
-      const Island& island = islands_[k];
+      Island& island = islands_[k];
       for (std::size_t r = island.begin; r < island.end; ++r)
         rows_[r] = ContactRow(bodies, contacts[rows_[r].contact], rows_[r].contact);
       residuals_[k] = solve_island(bodies, island, tolerance,
@@ -180,13 +183,19 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
       store(bodies, island, contacts);
     }
   };
-  std::size_t work = rows_.size();
-  for (std::size_t k = 0; k < count_; ++k)
-    for (const std::size_t group : islands_[k].groups) work += joints_->equations(group);
-  if (count_ > 1 && work >= kWorthThreads)
+  const std::span<const Island> islands = std::span(islands_).first(count_);
+  std::size_t equations = 0;
+  for (const Island& island : islands)
+    for (const std::size_t group : island.groups) equations += joints_->equations(group);
+  // Bodies that rest take a sweep, which costs less than what threads have to pass to each other.
+  const bool busy = equations > 0 || visits_ > kWorthSweeps * static_cast<double>(rows_.size());
+  if (count_ > 1 && busy && rows_.size() + equations >= kWorthThreads)
     pool.run(solve_some);
   else
     solve_some(0);
+  double visits = 0;
+  for (const Island& island : islands) visits += static_cast<double>(island.visits);
+  visits_ = std::max(visits, kForgets * visits_);
   return count_ > 0 ? *std::ranges::max_element(residuals_) : 0;
 }
 

@@ -36,6 +36,7 @@ class RestingSolver {
  private:
   struct Island {
     std::size_t begin = 0, end = 0;        // of its rows
+    std::size_t visits = 0;                // of rows, by all sweeps
     std::vector<int> bodies = {};          // that move
     std::vector<std::size_t> groups = {};  // of joints
   };
@@ -46,7 +47,7 @@ class RestingSolver {
 
   void find_islands(Bodies bodies, std::span<const ContactPoint> contacts);
   void project(Bodies bodies, const Island& island);
-  double solve_island(Bodies bodies, const Island& island, double tolerance, ProximalNewton& newton,
+  double solve_island(Bodies bodies, Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
   void store(Bodies bodies, const Island& island, std::span<ContactPoint> contacts) const;
@@ -59,6 +60,7 @@ class RestingSolver {
   DisjointSets joined_;
   std::vector<int> island_of_;
   std::vector<double> residuals_;        // of each island
+  double visits_ = 0;                    // of rows, by a solve of late
   std::vector<ProximalNewton> newtons_;  // of each thread
 };
 
