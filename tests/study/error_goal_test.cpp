@@ -318,6 +318,18 @@ TEST_CASE("a method that could not go on is tried with a smaller tolerance", "[s
   CHECK(choice.cost < 1500);
 }
 
+// Boxes fall through the ground in steps of 0.5 and 0.25 s, and stand in shorter ones.
+TEST_CASE("a run that missed the error is not predicted to keep it", "[study][goal]") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec =
+      sim::load_scene("scenes/stack.lua", registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}})
+          .systems.front();
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-3, false}, .time = spec.duration});
+  REQUIRE(choice.method);
+  CHECK(choice.kept);
+  CHECK(choice.mended == 0);
+}
+
 TEST_CASE("a choice that is told to end says so", "[study][goal]") {
   const sim::SystemSpec spec = make_cloth(4);
   sim::Registry registry = make_registry();

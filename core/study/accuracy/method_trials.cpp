@@ -69,6 +69,7 @@ bool MethodTrials::refine(const RunWatch& go_on) {
     course_ = course.rms;
     for (double& each : course_) each /= 1 - falls;
     error_ = coarse_error_ * falls;
+    coarser_.push_back({fineness_, coarse_error_});
   }
   next_cost_ = cost_ > 0 && next.finished && finest_.finished
                    ? next.cost * std::clamp(next.cost / cost_, 1.0, factor)
@@ -91,7 +92,13 @@ CostPrediction MethodTrials::predict(double allowed) const {
   if (!std::isfinite(error()) || doubt_ > allowed) return {};
   const double times =
       error_ > 0 ? elementary::pow(error_ / allowed, 1 / exponent_) : 1 / refinement_.factor();
-  const double fineness = std::max(first_, fineness_ * times);
+  double fineness = std::max(first_, fineness_ * times);
+  // Runs that missed the error tell more than the order of those that follow.
+  for (const Tried& run : coarser_)
+    if (run.error > allowed && run.fineness < fineness_)
+      fineness = std::max(
+          fineness, run.fineness * std::min(elementary::pow(run.error / allowed, 1 / exponent_),
+                                            refinement_.factor()));
   const double slope = elementary::log(next_cost_ / cost_) / elementary::log(refinement_.factor());
   return {fineness, cost_ * elementary::pow(fineness / fineness_, slope)};
 }

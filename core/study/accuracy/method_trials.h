@@ -72,6 +72,10 @@ class MethodTrials {
   double error_ = HUGE_VAL, coarse_error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
   int runs_ = 0;
   SeenRun finest_;
+  struct Tried {
+    double fineness, error;
+  };
+  std::vector<Tried> coarser_;  // the runs before it
   std::vector<double> course_;  // the error of the run before it, at equal times
 };
 
