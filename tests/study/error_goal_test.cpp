@@ -330,6 +330,18 @@ TEST_CASE("a run that missed the error is not predicted to keep it", "[study][go
   CHECK(choice.mended == 0);
 }
 
+// One trial of tsit5, whose steps get short where cubes lie on the ground, takes as much as all
+// trials may.
+TEST_CASE("a method that turns out to be dear leaves the others their trials", "[study][goal]") {
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec =
+      sim::load_scene("scenes/jelly.lua", registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}})
+          .systems.front();
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-2, false}, .time = spec.duration});
+  REQUIRE(choice.method);
+  CHECK(choice.kept);
+}
+
 TEST_CASE("a choice that is told to end says so", "[study][goal]") {
   const sim::SystemSpec spec = make_cloth(4);
   sim::Registry registry = make_registry();

@@ -27,6 +27,7 @@ constexpr const char* kCheapest = "euler";  // of first-order systems at large e
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
 constexpr double kFree = 1e6;           // that all trials may take, however short the run,
+constexpr double kOfOne = 0.25;         // of that, at most, counts what one method took
 constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
 constexpr double kAim = 0.7;            // of the error allowed
@@ -220,7 +221,11 @@ bool Chooser::affordable(const MethodTrials& next) const {
   if (cheaper_than_run(next)) return true;
   const double before = spent(), all = before + next.next_cost();
   const double expected = before > 0 ? (seconds() - lost_) * all / before : 0;
-  return all <= kFree / weight_ && lost_ + expected <= kFreeSeconds;
+  // A method that turned out to be dear leaves the others their part.
+  const double free = kFree / weight_;
+  double taken = 0;
+  for (const MethodTrials& each : trials_) taken += std::min(each.spent(), kOfOne * free);
+  return taken + next.next_cost() <= free && lost_ + expected <= kFreeSeconds;
 }
 
 double Chooser::spent() const {
