@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "core/lua/scene/scene_file.h"
 #include "core/study/accuracy/trajectory.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -22,6 +22,10 @@ sim::study::Watch no_watch() {
 GoalChoice choice_of(const sim::SystemSpec& spec, const ErrorGoal& goal) {
   sim::Registry registry = make_registry();
   return sim::study::choose_for_error({&spec, &registry}, goal, no_watch());
+}
+
+sim::SystemSpec shipped(const std::string& name) {
+  return sim::test::load("scenes/" + name + ".lua").systems.front();
 }
 
 // The free coordinates at k time / 20 of a run.
@@ -215,10 +219,7 @@ TEST_CASE("methods that see what others step over are believed", "[study][goal]"
 // angle.
 TEST_CASE("a method is not believed before another has run", "[study][goal]") {
   constexpr double kTime = 0.25;
-  sim::Registry registry = make_registry();
-  const sim::SystemSpec spec =
-      sim::load_scene("scenes/top.lua", registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}})
-          .systems.front();
+  const sim::SystemSpec spec = shipped("top");
   const GoalChoice choice = choice_of(spec, {.budget = {1e-2, false}, .time = kTime});
   REQUIRE(choice.method);
   CHECK(choice.kept);
@@ -307,10 +308,7 @@ TEST_CASE("the cheapest method of large errors is tried on what is of first orde
 // With a tolerance of 1e-3 rodas4 comes to no end there; with 1e-4 it costs less than half of what
 // others do.
 TEST_CASE("a method that could not go on is tried with a smaller tolerance", "[study][goal]") {
-  sim::Registry registry = make_registry();
-  const sim::SystemSpec spec = sim::load_scene("scenes/robertson.lua", registry,
-                                               {.search_path = {SIM_SOURCE_DIR "/scripts"}})
-                                   .systems.front();
+  const sim::SystemSpec spec = shipped("robertson");
   const GoalChoice choice = choice_of(spec, {.budget = {1e-3, false}, .time = spec.duration});
   REQUIRE(choice.method);
   CHECK(choice.kept);
@@ -320,10 +318,7 @@ TEST_CASE("a method that could not go on is tried with a smaller tolerance", "[s
 
 // Boxes fall through the ground in steps of 0.5 and 0.25 s, and stand in shorter ones.
 TEST_CASE("a run that missed the error is not predicted to keep it", "[study][goal]") {
-  sim::Registry registry = make_registry();
-  const sim::SystemSpec spec =
-      sim::load_scene("scenes/stack.lua", registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}})
-          .systems.front();
+  const sim::SystemSpec spec = shipped("stack");
   const GoalChoice choice = choice_of(spec, {.budget = {1e-3, false}, .time = spec.duration});
   REQUIRE(choice.method);
   CHECK(choice.kept);
@@ -333,10 +328,7 @@ TEST_CASE("a run that missed the error is not predicted to keep it", "[study][go
 // One trial of tsit5, whose steps get short where cubes lie on the ground, takes as much as all
 // trials may.
 TEST_CASE("a method that turns out to be dear leaves the others their trials", "[study][goal]") {
-  sim::Registry registry = make_registry();
-  const sim::SystemSpec spec =
-      sim::load_scene("scenes/jelly.lua", registry, {.search_path = {SIM_SOURCE_DIR "/scripts"}})
-          .systems.front();
+  const sim::SystemSpec spec = shipped("jelly");
   const GoalChoice choice = choice_of(spec, {.budget = {1e-2, false}, .time = spec.duration});
   REQUIRE(choice.method);
   CHECK(choice.kept);

@@ -17,6 +17,10 @@ constexpr double kPilot = 2e5;        // evaluations of 64 particles, or as many
 constexpr double kPilotSeconds = 0.2;
 constexpr double kMostSeconds = 2;  // of all pilot runs: contact and constraints take longer
 
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
 double with_repeats(double seconds, int repeats) {
   return seconds * (kWatched + repeats_after(seconds, repeats));
 }
@@ -29,7 +33,7 @@ std::optional<double> seconds_a_step(const Problem& problem, const Candidate& me
   Simulation system = problem.with(method).simulation();
   const auto begin = Clock::now();
   for (int step = 1; step <= kSteps && system.step(); ++step) {
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    const double seconds = seconds_since(begin);
     const auto own = static_cast<double>(system.integrator().effort().steps);
     if (step == kSteps || seconds > kLong) return seconds / std::max<double>(step, own);
   }
@@ -94,9 +98,7 @@ CostEstimate cost_estimate(const Problem& problem, std::span<const Candidate> me
   const double h = std::min(system.h(), time / kIntervals);
   const double part = std::min(time, most * h);
   const auto begin = Clock::now();
-  const auto in_time = [&] {
-    return std::chrono::duration<double>(Clock::now() - begin).count() < kMostSeconds;
-  };
+  const auto in_time = [&] { return seconds_since(begin) < kMostSeconds; };
   auto steps = std::max<std::int64_t>(kIntervals, static_cast<std::int64_t>(part / h));
   for (int attempt = 0; attempt < 3 && in_time(); ++attempt, steps *= 2) {
     std::vector<double> ends[2];

@@ -55,7 +55,6 @@ bool MethodTrials::refine(const RunWatch& go_on) {
   ++runs_;
   spent_ += next.cost;
   doubt_ = 0;
-  coarse_error_ = error_;
   if (runs_ > 1) {
     const ErrorCourse course = error_course(*problem_, finest_, next);
     const double claimed = refinement_.error();
@@ -65,11 +64,10 @@ bool MethodTrials::refine(const RunWatch& go_on) {
     idle_ = std::isfinite(difference_) && ratio < kLeastExponent;
     difference_ = course.most;
     const double falls = elementary::pow(factor, -exponent_);
-    coarse_error_ = course.most / (1 - falls);
     course_ = course.rms;
     for (double& each : course_) each /= 1 - falls;
-    error_ = coarse_error_ * falls;
-    coarser_.push_back({fineness_, coarse_error_});
+    coarser_.push_back({fineness_, course.most / (1 - falls)});
+    error_ = coarse_error() * falls;
   }
   next_cost_ = cost_ > 0 && next.finished && finest_.finished
                    ? next.cost * std::clamp(next.cost / cost_, 1.0, factor)
@@ -86,7 +84,7 @@ bool MethodTrials::refine(const RunWatch& go_on) {
 
 CostPrediction MethodTrials::predict(double allowed) const {
   if (only_) {
-    if (runs_ < 2 || !(std::max(coarse_error_, doubt_) <= allowed)) return {};
+    if (runs_ < 2 || !(std::max(coarse_error(), doubt_) <= allowed)) return {};
     return {first_, cost_ / refinement_.dearer()};
   }
   if (!std::isfinite(error()) || doubt_ > allowed) return {};
@@ -95,7 +93,7 @@ CostPrediction MethodTrials::predict(double allowed) const {
   double fineness = std::max(first_, fineness_ * times);
   // Runs that missed the error tell more than the order of those that follow.
   for (const Tried& run : coarser_)
-    if (run.error > allowed && run.fineness < fineness_)
+    if (run.error > allowed)
       fineness = std::max(
           fineness, run.fineness * std::min(elementary::pow(run.error / allowed, 1 / exponent_),
                                             refinement_.factor()));
@@ -112,14 +110,10 @@ bool MethodTrials::can_coarsen(double allowed) const {
 
 void MethodTrials::coarsen(double allowed, const RunWatch& go_on) {
   const double coarser = first_ / refinement_.factor();
-  bool told = false;
-  const SeenRun run = seen_run(*problem_, method_, trial_run(method_, coarser, between_), window_,
-                               [&](double done) {
-                                 told = told || !go_on(done);
-                                 return !told;
-                               });
+  const SeenRun run =
+      seen_run(*problem_, method_, trial_run(method_, coarser, between_), window_, go_on);
   spent_ += run.cost;
-  if (!told && error_course(*problem_, finest_, run).most + error_ <= allowed) first_ = coarser;
+  if (error_course(*problem_, finest_, run).most + error_ <= allowed) first_ = coarser;
 }
 
 double MethodTrials::least_cost(double allowed) const {

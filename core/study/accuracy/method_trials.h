@@ -43,7 +43,7 @@ class MethodTrials {
   // infinite.
   double kept_at(double allowed) const {
     if (!(error() <= allowed)) return HUGE_VAL;
-    const bool coarse = std::max(coarse_error_, doubt_) <= allowed;
+    const bool coarse = std::max(coarse_error(), doubt_) <= allowed;
     return coarse ? fineness_ / refinement_.factor() : fineness_;
   }
   double spent() const { return spent_; }
@@ -61,6 +61,11 @@ class MethodTrials {
   void coarsen(double allowed, const RunWatch& go_on);
 
  private:
+  struct Tried {
+    double fineness, error;
+  };
+  double coarse_error() const { return coarser_.empty() ? HUGE_VAL : coarser_.back().error; }
+
   const Problem* problem_;
   Candidate method_;
   Refinement refinement_;
@@ -69,12 +74,9 @@ class MethodTrials {
   bool corrected_, only_, given_up_ = false, idle_ = false;
   double fineness_ = 0;  // of the finest run
   double cost_ = 0, next_cost_, spent_ = 0;
-  double error_ = HUGE_VAL, coarse_error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
+  double error_ = HUGE_VAL, doubt_ = 0, exponent_, difference_ = HUGE_VAL;
   int runs_ = 0;
   SeenRun finest_;
-  struct Tried {
-    double fineness, error;
-  };
   std::vector<Tried> coarser_;  // the runs before it
   std::vector<double> course_;  // the error of the run before it, at equal times
 };
