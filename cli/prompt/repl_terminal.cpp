@@ -31,7 +31,10 @@ namespace {
 
 constexpr std::string_view kLuaBreaks = " \t\n\"'`@$><=;|&{(,+-*/^%#~[])}";
 constexpr std::string_view kCommandBreaks = " \t\n\"'";
-constexpr std::size_t kMostShown = 200;  // words to choose from
+constexpr std::size_t kMostShown = 200;                        // words to choose from
+constexpr std::size_t kMostPrompt = 200, kLettersBeside = 20;  // columns
+constexpr std::size_t kMostColumns = 8;                        // of a character: a tab
+constexpr std::size_t kLeastRows = 1000;
 constexpr const wchar_t* kPasteEnd = L"\x1b[201~";
 
 volatile std::sig_atomic_t resized = 0, resumed = 0;
@@ -108,6 +111,7 @@ struct LineEditor::Editing {
   std::FILE* out = nullptr;
   std::wstring prompt;
   bool continues = false, pastes = false;
+  std::ptrdiff_t room = -1;           // characters that surely fit into the rows that libedit knows
   const sigset_t* signals = nullptr;  // that come through while we wait for a key
   std::string pending;                // bytes that were read and are no character yet
 
@@ -130,8 +134,9 @@ struct LineEditor::Editing {
     std::fflush(out);
   }
 
-  int columns() const;
-  void fit_terminal();
+  std::size_t columns() const;
+  std::size_t length() const;
+  void tell_size();
   bool read_byte();
   int read_character(wchar_t* character);
   unsigned char paste();
@@ -190,20 +195,33 @@ LineEditor::Editing::~Editing() {
   history_wend(history);
 }
 
-int LineEditor::Editing::columns() const {
+std::size_t LineEditor::Editing::columns() const {
   winsize size{};
   return ::ioctl(STDIN_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-// libedit is told of a terminal in which the prompt and some letters fit into one row, whatever its
-// size is; the terminal breaks the lines.
-void LineEditor::Editing::fit_terminal() {
-  winsize size{};
-  const bool known = ::ioctl(STDIN_FILENO, TIOCGWINSZ, &size) == 0;
-  const int rows = known && size.ws_row > 1 ? size.ws_row : 24;
-  const int least = static_cast<int>(std::min<std::size_t>(prompt.size(), 200)) + 20;
-  el_wset(line, EL_SETTC, L"li", std::to_wstring(rows).c_str(), nullptr);
-  el_wset(line, EL_SETTC, L"co", std::to_wstring(std::max(columns(), least)).c_str(), nullptr);
+std::size_t LineEditor::Editing::length() const {
+  const LineInfoW* const all = el_wline(line);
+  return static_cast<std::size_t>(all->lastchar - all->buffer);
+}
+
+// libedit is told of a terminal in which the prompt and some letters fit into one row, and the line
+// into the rows (it writes behind its rows otherwise); the real one breaks the line and scrolls.
+void LineEditor::Editing::tell_size() {
+  const LineInfoW* const all = el_wline(line);
+  const std::size_t across =
+      std::max(columns(), std::min<std::size_t>(prompt.size(), kMostPrompt) + kLettersBeside);
+  std::size_t rows = 1, column = prompt.size();
+  for (const wchar_t character : std::wstring_view(all->buffer, length())) {
+    column += character >= L' ' && character <= L'~' ? 1 : kMostColumns;
+    if (column < across && character != L'\n') continue;
+    ++rows;
+    column = kMostColumns;
+  }
+  const std::size_t told = std::max(kLeastRows, 2 * rows);
+  room = static_cast<std::ptrdiff_t>(length() + told - rows);
+  el_wset(line, EL_SETTC, L"li", std::to_wstring(told).c_str(), nullptr);
+  el_wset(line, EL_SETTC, L"co", std::to_wstring(across).c_str(), nullptr);
 }
 
 // Waits for a byte, and meanwhile for signals: one of them ends the line.
@@ -217,7 +235,7 @@ bool LineEditor::Editing::read_byte() {
       el_wset(line, EL_REFRESH);
     }
     if (std::exchange(resized, 0)) {
-      fit_terminal();
+      tell_size();
       el_wset(line, EL_REFRESH);
     }
     if (ready <= 0) continue;
@@ -233,6 +251,10 @@ bool LineEditor::Editing::read_byte() {
 // 1 with the next character; 0 at the end of the input, -1 on a signal. Bytes that are no UTF-8
 // become U+FFFD.
 int LineEditor::Editing::read_character(wchar_t* character) {
+  if (const auto before = room; static_cast<std::ptrdiff_t>(length()) > before) {
+    tell_size();
+    if (before >= 0) el_wset(line, EL_REFRESH);
+  }
   do {
     if (pending.empty() && !read_byte()) return SessionSignals::any() ? -1 : 0;
     while (unfinished_utf8(pending) == pending.size() && read_byte()) {}
@@ -298,7 +320,7 @@ void LineEditor::Editing::show_choice(const std::vector<std::string>& words) con
   const std::size_t count = std::min(words.size(), kMostShown);
   std::size_t width = 2;
   for (std::size_t i = 0; i < count; ++i) width = std::max(width, columns_of(words[i]) + 2);
-  const std::size_t across = std::max<std::size_t>(static_cast<std::size_t>(columns()) / width, 1);
+  const std::size_t across = std::max<std::size_t>(columns() / width, 1);
   const std::size_t rows = (count + across - 1) / across;
   std::string text = "\n";
   for (std::size_t row = 0; row < rows; ++row) {
@@ -328,7 +350,7 @@ std::optional<std::string> LineEditor::read(const std::string& prompt) {
   editing.continues = prompt.starts_with("...");
   const SignalsBlocked blocked;
   editing.signals = &blocked.before();
-  editing.fit_terminal();
+  editing.room = -1;  // libedit asks for the size itself before each line
   if (editing.pastes) editing.say("\x1b[?2004h");
   el_wset(editing.line, EL_PREP_TERM, 1);  // before the prompt, so that nothing is echoed twice
   int count = 0;
