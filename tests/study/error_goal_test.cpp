@@ -191,6 +191,27 @@ TEST_CASE("where motions part it is said until when an error is kept", "[study][
   CHECK(choice.horizon < 50);
 }
 
+// Steps of 3 s and more take trbdf2 to a fixed point, whose runs agree with each other; a run that
+// has lost its way by the end contradicts them at the beginning, and may not be affordable beside
+// the dear ones.
+TEST_CASE("a choice is checked at each time of a run", "[study][goal]") {
+  for (const double time : {60.0, 200.0}) {
+    const GoalChoice choice = choice_of(make_chaos(), {.budget = {1e-1, false}, .time = time});
+    INFO(time << " s");
+    REQUIRE(choice.method);
+    CHECK_FALSE(choice.kept);
+    CHECK(choice.chaotic);
+    CHECK(choice.horizon > 10);
+  }
+}
+
+// The look at 32768 numbers before them takes longer than 20 steps do.
+TEST_CASE("the time of trials is theirs alone", "[study][goal]") {
+  const GoalChoice choice = choice_of(shipped("gray_scott"), {.budget = {1e-2, false}, .time = 20});
+  REQUIRE(choice.method);
+  CHECK(choice.kept);
+}
+
 // Methods with long steps go past a pulse of 0.057 s, and their refined runs do, too.
 TEST_CASE("methods that see what others step over are believed", "[study][goal]") {
   sim::SystemSpec spec = make_chaos();

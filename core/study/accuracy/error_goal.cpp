@@ -11,6 +11,7 @@
 #include "core/math/elementary.h"
 #include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/sweep.h"
+#include "core/study/accuracy/trial_pair.h"
 #include "core/study/limits/step_limit.h"
 #include "core/study/verdict/pulses.h"
 
@@ -27,12 +28,12 @@ constexpr const char* kCheapest = "euler";  // of first-order systems at large e
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
 constexpr double kFree = 1e6;           // that all trials may take, however short the run,
+constexpr double kFreeChecks = 1e5;     // and checks of the choice beyond that,
 constexpr double kOfOne = 0.25;         // of that, at most, counts what one method took
 constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
 constexpr double kAim = 0.7;            // of the error allowed
 constexpr double kCheckCost = 4;        // times that of the choice may take its check
-constexpr double kFamiliesAgree = 2;    // times the sum of both errors two families may differ
 constexpr double kMeaningful = 0.1;  // of the size: an error above it tells nothing of finer runs
 constexpr double kInPulse = 4;       // steps in the shortest pulse, at least
 constexpr int kMostMendings = 3;
@@ -69,6 +70,7 @@ class Chooser {
   double window_of(Simulation& system) const;
   void measure_range();
   bool affordable(const MethodTrials& next) const;
+  bool affordable_check(const MethodTrials& next) const;
   double spent() const;
   bool cheaper_than_run(const MethodTrials& next) const;  // with all trials before
   double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
@@ -76,10 +78,7 @@ class Chooser {
   void race();
   MethodTrials* cheapest();
   MethodTrials* check_for(const MethodTrials& chosen);
-  double apart(const MethodTrials& a, const MethodTrials& b) const {
-    return error_course(problem_, a.finest(), b.finest()).most;
-  }
-  bool near(const MethodTrials& chosen, const MethodTrials& check, double off) const;
+  TrialPair pair(const MethodTrials& a, const MethodTrials& b) const { return {problem_, a, b}; }
   bool agrees(MethodTrials& chosen, MethodTrials& check);  // else one of them is refined
   // True if steps may be longer than a pulse, whatever the tolerance.
   bool may_miss_pulse(const MethodTrials& each) const {
@@ -102,9 +101,10 @@ class Chooser {
   const Problem& problem_;
   const ErrorGoal& goal_;
   const Watch& watch_;
-  double step_ = 0;    // s, that the scene or the goal asks for
-  double weight_ = 1;  // evaluations of 64 particles that one takes
-  std::clock_t begin_ = std::clock();
+  double step_ = 0;          // s, that the scene or the goal asks for
+  double weight_ = 1;        // evaluations of 64 particles that one takes
+  std::clock_t begin_ = 0;   // of the trials
+  double checks_ = 0;        // evaluations that checks took
   double lost_ = 0;          // s, of trials that were given up
   double runs_cost_ = 0;     // of the runs that are done, evaluations
   double pulse_ = HUGE_VAL;  // s, the shortest
@@ -193,6 +193,7 @@ void Chooser::make_trials() {
   if (trials_.empty())
     throw Error(ErrorKind::kUsage, {"no method for --error", "'" + problem_.spec->name + "'",
                                     "no integrator fits the scene", "see sim list integrators"});
+  begin_ = std::clock();  // what came before says nothing of an evaluation
 }
 
 // The range of a quantity is known once something has run.
@@ -226,6 +227,11 @@ bool Chooser::affordable(const MethodTrials& next) const {
   double taken = 0;
   for (const MethodTrials& each : trials_) taken += std::min(each.spent(), kOfOne * free);
   return taken + next.next_cost() <= free && lost_ + expected <= kFreeSeconds;
+}
+
+// Dear methods may have left nothing for the one that would tell.
+bool Chooser::affordable_check(const MethodTrials& next) const {
+  return affordable(next) || checks_ + next.next_cost() <= kFreeChecks / weight_;
 }
 
 double Chooser::spent() const {
@@ -302,14 +308,15 @@ void Chooser::race() {
   }
 }
 
-// The closest run of another family or, if there is none, of another method; where no other has
-// run, the one whose trial costs least.
+// The run of another family that keeps the error longest, or is closest; or, if there is none, of
+// another method; where no other has run, the one whose trial costs least.
 MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   MethodTrials* check = nullptr;
   const auto rank = [&](const MethodTrials& each) {
-    const bool ran = std::isfinite(each.error()),
+    const bool ran = each.error() <= std::max(in_window(), kMeaningful * result_.size),
                other = other_family(each.method(), chosen.method());
-    return std::tuple(may_miss_pulse(each), !ran, !other, ran ? each.error() : each.next_cost());
+    return std::tuple(may_miss_pulse(each), !ran, !other, -each.kept_share(in_window()),
+                      ran ? each.error() : each.next_cost());
   };
   for (MethodTrials& each : trials_) {
     if (&each == &chosen || !(std::isfinite(each.error()) || each.can_refine())) continue;
@@ -318,33 +325,29 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
   return check;
 }
 
-bool Chooser::near(const MethodTrials& chosen, const MethodTrials& check, double off) const {
-  return off <= kFamiliesAgree * (chosen.error() + check.error()) || off <= 0.1 * in_window();
-}
-
 // If two families differ by more than their error estimates, neither is believed until both are
 // refined; one that may have gone past a pulse is refined alone, as long as that is cheaper than
 // the check.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
-  double off = apart(chosen, check);
-  if (near(chosen, check, off)) return true;
+  const TrialPair both = pair(chosen, check);
+  if (both.agree(0.1 * in_window())) return true;
   if (!sees_more(check, chosen)) {
-    chosen.doubt(std::max(0.0, off - check.error()));
-    check.doubt(std::max(0.0, off - chosen.error()));
+    const double of_chosen = both.beyond(check), of_check = both.beyond(chosen);
+    chosen.doubt(of_chosen);
+    check.doubt(of_check);
     for (MethodTrials* each : {&chosen, &check})
       if (each->can_refine() && affordable(*each) && !refine(*each)) return false;
     return false;
   }
   const double most = check.predict(kAim * in_window()).cost;
   do {
-    chosen.doubt_coarse_runs(off);
+    chosen.doubt_coarse_runs(pair(chosen, check).apart());
     if (!chosen.can_refine() || chosen.next_cost() > most || !affordable(chosen)) {
       chosen.give_up();
       return false;
     }
     if (!refine(chosen)) return false;
-    off = apart(chosen, check);
-  } while (!near(chosen, check, off));
+  } while (!pair(chosen, check).agree(0.1 * in_window()));
   return false;
 }
 
@@ -359,9 +362,12 @@ MethodTrials* Chooser::choose_checked() {
     // A check that is off by more than the error allowed tells nothing of a cheap run that steps
     // over what happens; it may cost more where the two differ by as much.
     const bool must = sees_more(*check, *chosen);
-    while (check->error() > in_window() && check->can_refine() && affordable(*check) &&
-           (must || check->next_cost() <= most || apart(*chosen, *check) > in_window()))
+    while (check->error() > in_window() && check->can_refine() && affordable_check(*check) &&
+           (must || check->next_cost() <= most || pair(*chosen, *check).apart() > in_window())) {
+      const double before = check->spent();
       if (!refine(*check)) return nullptr;
+      checks_ += check->spent() - before;
+    }
     if (agrees(*chosen, *check)) break;
     if (told_) return nullptr;
     race();
@@ -492,14 +498,22 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   }
 }
 
-// The method that keeps the error longest, if none keeps it over the whole window.
+// The method that keeps the error longest, if none keeps it over the whole window: as another
+// family confirms, or any other method, or by itself.
 MethodTrials* Chooser::longest_kept() {
   MethodTrials* best = nullptr;
-  double longest = -1;
+  std::array<double, 3> longest{};
   for (MethodTrials& each : trials_) {
-    const double kept = each.kept_share(in_window());
-    if (!std::isfinite(each.error()) || kept < longest) continue;
-    if (kept == longest && each.next_cost() >= best->next_cost()) continue;
+    if (!std::isfinite(each.error())) continue;
+    std::array kept{0.0, 0.0, each.kept_share(in_window())};
+    for (const MethodTrials& other : trials_) {
+      if (&other == &each || !std::isfinite(other.error())) continue;
+      const double share = pair(each, other).kept_share(in_window());
+      if (other_family(other.method(), each.method())) kept[0] = std::max(kept[0], share);
+      kept[1] = std::max(kept[1], share);
+    }
+    if (best && (kept < longest || (kept == longest && each.next_cost() >= best->next_cost())))
+      continue;
     longest = kept;
     best = &each;
   }

@@ -82,6 +82,15 @@ bool MethodTrials::refine(const RunWatch& go_on) {
   return true;
 }
 
+double MethodTrials::error_until(double share) const {
+  if (!std::isfinite(error_)) return HUGE_VAL;
+  const double last = share * (static_cast<double>(course_.size()) - 1);
+  double most = 0;
+  for (std::size_t k = 0; k < course_.size() && static_cast<double>(k) < last + 1; ++k)
+    most = std::max(most, course_[k]);
+  return std::max(most > 0 ? error_ / coarse_error() * most : 0, doubt_);
+}
+
 CostPrediction MethodTrials::predict(double allowed) const {
   if (only_) {
     if (runs_ < 2 || !(std::max(coarse_error(), doubt_) <= allowed)) return {};

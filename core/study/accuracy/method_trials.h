@@ -32,6 +32,8 @@ class MethodTrials {
   void doubt(double error) { doubt_ = error; }  // another family says so; until it is refined
   // The same, and runs as coarse as the finest are not chosen later.
   void doubt_coarse_runs(double error);
+  // The same (error or doubt) until a share of the window.
+  double error_until(double share) const;
   double exponent() const { return exponent_; }  // observed, at most the claimed one
   // The share of the window over which the run before the finest kept it.
   double kept_share(double allowed) const { return study::kept_share(course_, allowed); }
