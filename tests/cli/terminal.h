@@ -82,7 +82,7 @@ class PlainTerminal {
     int status = 0;
     for (int i = 0; waitpid(child_, &status, WNOHANG) == 0; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      take();
+      while (take()) {}
       if (i == 3000) kill(child_, SIGKILL);
     }
     child_ = -1;

@@ -28,8 +28,8 @@ constexpr const char* kCheapest = "euler";  // of first-order systems at large e
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
 constexpr double kFree = 1e6;           // that all trials may take, however short the run,
-constexpr double kFreeChecks = 1e5;     // and checks of the choice beyond that,
 constexpr double kOfOne = 0.25;         // of that, at most, counts what one method took
+constexpr double kFreeChecks = 1e5;     // that checks of the choice may take where trials took all
 constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
 constexpr double kAim = 0.7;            // of the error allowed
@@ -329,7 +329,7 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
 // refined; one that may have gone past a pulse is refined alone, as long as that is cheaper than
 // the check.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
-  const TrialPair both = pair(chosen, check);
+  TrialPair both = pair(chosen, check);
   if (both.agree(0.1 * in_window())) return true;
   if (!sees_more(check, chosen)) {
     const double of_chosen = both.beyond(check), of_check = both.beyond(chosen);
@@ -341,13 +341,14 @@ bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
   }
   const double most = check.predict(kAim * in_window()).cost;
   do {
-    chosen.doubt_coarse_runs(pair(chosen, check).apart());
+    chosen.doubt_coarse_runs(both.apart());
     if (!chosen.can_refine() || chosen.next_cost() > most || !affordable(chosen)) {
       chosen.give_up();
       return false;
     }
     if (!refine(chosen)) return false;
-  } while (!pair(chosen, check).agree(0.1 * in_window()));
+    both = pair(chosen, check);
+  } while (!both.agree(0.1 * in_window()));
   return false;
 }
 
@@ -501,23 +502,26 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
 // The method that keeps the error longest, if none keeps it over the whole window: as another
 // family confirms, or any other method, or by itself.
 MethodTrials* Chooser::longest_kept() {
-  MethodTrials* best = nullptr;
-  std::array<double, 3> longest{};
-  for (MethodTrials& each : trials_) {
-    if (!std::isfinite(each.error())) continue;
-    std::array kept{0.0, 0.0, each.kept_share(in_window())};
-    for (const MethodTrials& other : trials_) {
-      if (&other == &each || !std::isfinite(other.error())) continue;
+  std::vector<std::array<double, 3>> kept;
+  for (const MethodTrials& each : trials_) {
+    kept.push_back({0, 0, each.kept_share(in_window())});
+    for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
+      const MethodTrials& other = trials_[i];
+      if (!std::isfinite(each.error()) || !std::isfinite(other.error())) continue;
       const double share = pair(each, other).kept_share(in_window());
-      if (other_family(other.method(), each.method())) kept[0] = std::max(kept[0], share);
-      kept[1] = std::max(kept[1], share);
+      const bool confirms = other_family(other.method(), each.method());
+      for (auto* of : {&kept.back(), &kept[i]})
+        *of = {std::max((*of)[0], confirms ? share : 0), std::max((*of)[1], share), (*of)[2]};
     }
-    if (best && (kept < longest || (kept == longest && each.next_cost() >= best->next_cost())))
-      continue;
-    longest = kept;
-    best = &each;
   }
-  return best;
+  std::size_t best = trials_.size();
+  for (std::size_t i = 0; i < trials_.size(); ++i) {
+    if (!std::isfinite(trials_[i].error())) continue;
+    if (best == trials_.size() || kept[i] > kept[best] ||
+        (kept[i] == kept[best] && trials_[i].next_cost() < trials_[best].next_cost()))
+      best = i;
+  }
+  return best < trials_.size() ? &trials_[best] : nullptr;
 }
 
 void Chooser::tell_candidates() {

@@ -65,7 +65,8 @@ bool MethodTrials::refine(const RunWatch& go_on) {
     difference_ = course.most;
     const double falls = elementary::pow(factor, -exponent_);
     course_ = course.rms;
-    for (double& each : course_) each /= 1 - falls;
+    for (double until = 0; double& each : course_)
+      until = each = std::max(each / (1 - falls), until);
     coarser_.push_back({fineness_, course.most / (1 - falls)});
     error_ = coarse_error() * falls;
   }
@@ -83,11 +84,9 @@ bool MethodTrials::refine(const RunWatch& go_on) {
 }
 
 double MethodTrials::error_until(double share) const {
-  if (!std::isfinite(error_)) return HUGE_VAL;
+  if (course_.empty() || !std::isfinite(error_)) return error();
   const double last = share * (static_cast<double>(course_.size()) - 1);
-  double most = 0;
-  for (std::size_t k = 0; k < course_.size() && static_cast<double>(k) < last + 1; ++k)
-    most = std::max(most, course_[k]);
+  const double most = course_[static_cast<std::size_t>(std::ceil(last))];
   return std::max(most > 0 ? error_ / coarse_error() * most : 0, doubt_);
 }
 

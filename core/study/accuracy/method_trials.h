@@ -28,12 +28,11 @@ class MethodTrials {
 
   // The error of the finest run is infinite before there are two.
   double error() const { return std::max(error_, doubt_); }
+  double error_until(double share) const;       // of the window; error() at 1
   double own_error() const { return error_; }   // whatever another family says
   void doubt(double error) { doubt_ = error; }  // another family says so; until it is refined
   // The same, and runs as coarse as the finest are not chosen later.
   void doubt_coarse_runs(double error);
-  // The same (error or doubt) until a share of the window.
-  double error_until(double share) const;
   double exponent() const { return exponent_; }  // observed, at most the claimed one
   // The share of the window over which the run before the finest kept it.
   double kept_share(double allowed) const { return study::kept_share(course_, allowed); }
@@ -80,7 +79,7 @@ class MethodTrials {
   int runs_ = 0;
   SeenRun finest_;
   std::vector<Tried> coarser_;  // the runs before it
-  std::vector<double> course_;  // the error of the run before it, at equal times
+  std::vector<double> course_;  // the largest error of the run before it until then, at equal times
 };
 
 }  // namespace sim::study

@@ -6,7 +6,7 @@ namespace sim::study {
 
 bool TrialPair::agree(double negligible) const {
   for (std::size_t k = 0; k < off_.rms.size(); ++k) {
-    const double errors = a_.error_until(share(k)) + b_.error_until(share(k));
+    const double errors = a_->error_until(share(k)) + b_->error_until(share(k));
     if (off_.rms[k] > std::max(kFamiliesAgree * errors, negligible)) return false;
   }
   return true;
@@ -20,7 +20,7 @@ double TrialPair::beyond(const MethodTrials& known) const {
 }
 
 double TrialPair::kept_share(double allowed) const {
-  return std::min({a_.kept_share(allowed), b_.kept_share(allowed),
+  return std::min({a_->kept_share(allowed), b_->kept_share(allowed),
                    study::kept_share(off_.rms, 2 * kFamiliesAgree * allowed)});
 }
 

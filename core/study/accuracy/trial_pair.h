@@ -1,8 +1,6 @@
 // Two methods' finest trials, compared at each time of their window.
 #pragma once
 
-#include <vector>
-
 #include "core/study/accuracy/method_trials.h"
 
 namespace sim::study {
@@ -13,7 +11,7 @@ inline constexpr double kFamiliesAgree = 2;
 class TrialPair {
  public:
   TrialPair(const Problem& problem, const MethodTrials& a, const MethodTrials& b)
-      : a_(a), b_(b), off_(error_course(problem, a.finest(), b.finest())) {}
+      : a_(&a), b_(&b), off_(error_course(problem, a.finest(), b.finest())) {}
 
   double apart() const { return off_.most; }
   // At no time do both differ by more than their errors until then, or what is negligible: a run
@@ -30,8 +28,7 @@ class TrialPair {
                                : static_cast<double>(k) / static_cast<double>(off_.rms.size() - 1);
   }
 
-  const MethodTrials& a_;
-  const MethodTrials& b_;
+  const MethodTrials *a_, *b_;
   ErrorCourse off_;
 };
 
