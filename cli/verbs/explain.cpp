@@ -24,6 +24,9 @@ positions to 1e-05 m (verified)
     The largest distance of any particle, at any time that was compared, from
     where it really is: estimated from the refined run and the order that a run
     with twice the step shows. "numbers to" is the same of a first-order state.
+positions to 0.0057 m rms, 0.07 m of a particle (verified)
+    With --error: the root mean square of all particles, which was asked for and
+    is not held against 2 % of the size, and the largest of one.
 positions to 1e-05 m until t = 0.3 s (verified)
     The same up to that time, where verifying was not worth more.
 off by about 3.3 m by the end, 210 % of the size

@@ -60,7 +60,8 @@ study::RunDeviation goal_deviation(const GoalChoice& choice, const std::string& 
   deviation.outcome = study::RunDeviation::Outcome::kCompared;
   deviation.rms = choice.error;
   deviation.error = deviation.at_end = choice.largest;
-  deviation.share = choice.largest / choice.size;
+  deviation.share = choice.error / choice.size;
+  deviation.allowed = choice.allowed / choice.size;
   return deviation;
 }
 

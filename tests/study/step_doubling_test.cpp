@@ -241,6 +241,39 @@ TEST_CASE("a comparison that is stopped tells until when positions are known") {
   CHECK(found.words.find(" m until t = ") != std::string::npos);
 }
 
+// The run with shifted steps begins when the one with half of them is over.
+TEST_CASE("a comparison that is stopped between its runs knows nothing from t = 0 on") {
+  sim::Registry registry = make_registry();
+  sim::PartSpec plane = make_part("plane", {{"normal", sim::Vec3(0, 1, 0)}});
+  plane.given["restitution"] = 0.8;
+  sim::SystemSpec spec = make_particle({0, 1, 0}, {0, 0, 0}, plane);
+  spec.accuracy = sim::Accuracy::kProject;
+  for (const auto& [h, trust] : {std::pair(0.002, Trust::kTrusted), {0.05, Trust::kSuspect}}) {
+    const auto steps = static_cast<int>(0.8 / h);
+    sim::Simulation system(spec, registry, {.integrator = "verlet", .dt = h});
+    sim::study::StepDoubling shadow(spec, system, steps, registry);
+    for (int n = 0; n <= steps; ++n) {
+      if (n > 0) REQUIRE(system.step());
+      const sim::Energy energy = system.energy();
+      if (n % std::max(1, steps / 100) == 0) shadow.look(&energy);
+    }
+    int all = 0, untold = 0;
+    shadow.compare([&] { return ++all < 0; });
+    for (int most = 1; most < all; ++most) {
+      int asked = 0;
+      const RunDeviation part = shadow.compare([&] { return ++asked > most; });
+      const sim::study::Finding found = finding_of(part, system);
+      INFO(h << ' ' << most << " of " << all << ' ' << found.words);
+      if (part.outcome == RunDeviation::Outcome::kStopped && part.until < HUGE_VAL)
+        CHECK(part.until > 0);
+      if (found.words.empty()) ++untold;
+      if (most > 0.9 * all) CHECK(found.trust == trust);
+    }
+    CHECK(untold > 0);
+    CHECK(untold < all);
+  }
+}
+
 TEST_CASE("the shadow of an adaptive run has a tenth of its tolerance") {
   for (const double tol : {1e-3, 1e-6}) {
     sim::RunOptions options{.integrator = "dopri5", .dt = 0.1};
@@ -338,61 +371,6 @@ TEST_CASE("a spring that is pressed to a point is looked at closely") {
   const Judged fast = judged(pendulum(0.5, 1), {.integrator = "verlet", .dt = 1e-3}, 5000);
   INFO(fast.verdict.reason);
   CHECK(fast.verdict.trust == Trust::kTrusted);
-}
-
-TEST_CASE("a pulse that no step has seen is found, one that was seen is not complained of") {
-  const auto pulse = [](double width) {
-    return make_field({0.1, 0}, [width](double t, std::span<const double> x, std::span<double> d) {
-      const double s = (t - 2.503) / width;
-      d[0] = x[1];
-      d[1] = -x[0] + (s > 0 && s < 1 ? 30 / width * s * s * (1 - s) * (1 - s) : 0);
-    });
-  };
-  const Judged missed = judged(pulse(1e-3), {.integrator = "rk4", .dt = 0.02}, 300);
-  CHECK(missed.verdict.trust == Trust::kSuspect);
-  CHECK(missed.deviation.missed_at == Approx(2.5035).margin(1e-3));
-  const Judged seen = judged(pulse(0.5), {.integrator = "rk4", .dt = 0.005}, 1200);
-  INFO(seen.verdict.reason);
-  CHECK(seen.verdict.trust == Trust::kTrusted);
-}
-
-TEST_CASE("a push that no step has felt is found") {
-  sim::SystemSpec spec = make_falling(1, 0);
-  spec.forces = {
-      make_part("expression", {{"fx", std::string("100*step(t - 3.1)*step(3.11 - t)")}})};
-  for (const auto& [method, h] : {std::pair{"dopri5", 0.5}, {"implicit_midpoint", 0.05}}) {
-    const Judged missed =
-        judged(spec, {.integrator = method, .dt = h}, static_cast<std::int64_t>(std::round(6 / h)));
-    INFO(method << ' ' << missed.verdict.reason);
-    CHECK(missed.verdict.trust == Trust::kSuspect);
-    CHECK(missed.deviation.missed_at == Approx(3.105).margin(0.006));
-    CHECK(missed.verdict.reason.find("a force has a pulse near t = 3.1") != std::string::npos);
-  }
-  const Judged seen = judged(spec, {.integrator = "verlet", .dt = 1e-4}, 60000);
-  INFO(seen.verdict.reason);
-  CHECK(std::isnan(seen.deviation.missed_at));
-  CHECK(seen.verdict.trust == Trust::kTrusted);
-}
-
-// The push of 1 N s moves it by 2.895 m until the end, a share of its 176 m that is not wrong yet.
-// Steps of rk4 that end where the push begins and ends take 1/6 of a step too much at either.
-TEST_CASE("what a push that no step has felt would have moved is in the claim") {
-  sim::SystemSpec spec = make_falling(1, 0);
-  spec.forces.push_back(
-      make_part("expression", {{"fx", std::string("100*step(t - 3.1)*step(3.11 - t)")}}));
-  struct Felt {
-    const char* method;
-    double h;
-  };
-  for (const Felt& felt : {Felt{"verlet", 0.3}, {"dopri5", 0.01}, {"rk4", 0.01}, {"rk4", 0.001}}) {
-    const Judged found = judged(spec, {.integrator = felt.method, .dt = felt.h},
-                                static_cast<std::int64_t>(std::round(6 / felt.h)));
-    const double error = std::abs(found.end[0] - (0.5 + 6 + 2.895));
-    INFO(felt.method << ' ' << felt.h << ' ' << error << ' ' << found.verdict.reason);
-    CHECK(found.deviation.error > 2.0 / 3 * error);
-    CHECK(found.deviation.error < 6 * error);
-    CHECK(found.verdict.trust == Trust::kTrusted);
-  }
 }
 
 // At first it is off by as much as it has moved.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/report/goal_report.h"
 #include "core/study/verdict/criterion.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -63,6 +64,17 @@ TEST_CASE("a deviation is right up to 2 % of the size and 1 % of the energy") {
               "off by about 1 cm by the end, 2 % of the size"));
   CHECK(found(changed([](RunDeviation& d) { d.share = std::nan(""); }), Trust::kSuspect,
               "off by about 1 cm by the end, nan % of the size"));
+  // An error that was asked for is judged by the largest rms, as asked.
+  const sim::study::GoalChoice asked{.size = 2, .allowed = 0.1, .error = 0.06, .largest = 0.3};
+  const auto judged = [&](double allowed) {
+    sim::study::GoalChoice choice = asked;
+    choice.allowed = allowed;
+    choice.kept = choice.error <= allowed;
+    return finding_of(sim::report::goal_deviation(choice, ""), points);
+  };
+  CHECK(found(judged(0.1), Trust::kTrusted,
+              "positions to 0.06 m rms, 0.3 m of a particle (verified)"));
+  CHECK(found(judged(0.05), Trust::kTrusted, ""));  // not kept: it is verified by itself
   // By the end: at least half of the largest.
   CHECK(found(changed([](RunDeviation& d) { d.share = 0.5, d.error = 0.02; }), Trust::kSuspect,
               "off by about 1 cm by the end, 50 % of the size"));

@@ -20,14 +20,16 @@ struct StepDoubling::Pulse {
   double at;                     // s
   std::vector<double> impulses;  // its integral, beside what may be the usual value
   std::ptrdiff_t samples;        // that show it
+  double longest;                // s, for which there is some of it without a break
   double lasting;                // s, of a velocity until the end; 1 of another number
   double moved;                  // by the largest until the end, m, or a number, if no step saw it
 };
 
 namespace {
 
-constexpr int kFine = 1000;  // samples and steps between two frames
-constexpr double kFar = 3;   // of the usual size of f: a value that belongs to a pulse
+constexpr int kFine = 1000;    // samples and steps between two frames
+constexpr double kFoot = 0.1;  // of its peak: what belongs to a pulse, too
+constexpr double kFar = 3;     // of the usual size of f: a value that belongs to a pulse
 
 // The largest of those numbers, or their largest distance from others.
 double largest_of(const std::vector<std::size_t>& numbers, const Array& values,
@@ -192,10 +194,17 @@ std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) co
     const auto furthest = std::ranges::max_element(
         numbers, {}, [&](std::size_t i) { return std::abs(rate[i] - here[i]); });
     const std::size_t c = *furthest;
+    const double peak = rate[c];
     std::vector<double> values;
     for (int i = 0; i < kFine; ++i) {
       rate_at(from.at.t + span * (i + noise.next() + 0.5) / kFine, from, rate);
       values.push_back(rate[c]);
+    }
+    // A pulse may go on in the step behind the frame.
+    std::vector<double> longer = values;
+    for (double t = span / kFine; t < run_->h(); t += span / kFine) {
+      rate_at(to.at.t + t, from, rate);
+      longer.push_back(rate[c]);
     }
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / kFine;
     const double middle = median(values);
@@ -203,13 +212,18 @@ std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) co
     const double lasting = run_->second_order() ? frames_.back().at.t - to.at.t + span : 1;
     // A long pulse may be the median there, a short one may act at the first state. Where it does
     // both, steps have seen it.
-    Pulse pulse{k, static_cast<std::size_t>(furthest - numbers.begin()), at, {}, 0, lasting, 0};
+    Pulse pulse{k, static_cast<std::size_t>(furthest - numbers.begin()), at, {}, 0, 0, lasting, 0};
     for (const double usual_here : {here[c], middle}) {
       if (std::abs(usual_here) > kFar * usual) continue;
       pulse.impulses.push_back(span * (mean - usual_here));
       pulse.moved = std::max(pulse.moved, std::abs(pulse.impulses.back()) * lasting);
-      pulse.samples = std::ranges::count_if(
-          values, [&](double value) { return std::abs(value - usual_here) > kFar * usual; });
+      const auto far = [&](double value) { return std::abs(value - usual_here); };
+      pulse.samples =
+          std::ranges::count_if(values, [&](double value) { return far(value) > kFar * usual; });
+      int row = 0, most = 0;
+      for (const double value : longer)
+        most = std::max(most, row = far(value) > kFoot * far(peak) ? row + 1 : 0);
+      pulse.longest = std::max(pulse.longest, span * most / kFine);
     }
     pulses.push_back(std::move(pulse));
   }
@@ -244,7 +258,9 @@ void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviat
       return (*fine)[numbers[k]] - to.seen.state[numbers[k]];
     };
     const double own = lacking(pulse.number);
-    const bool missed = std::ranges::any_of(pulse.impulses, [&](double impulse) {
+    // Equal steps do not go past what lasts as long as they do.
+    const bool seen = !run_->integrator_info().adaptive && pulse.longest >= run_->h();
+    const bool missed = !seen && std::ranges::any_of(pulse.impulses, [&](double impulse) {
       return std::abs(own - impulse) < kMissed * std::abs(impulse);
     });
     double square = 0;

@@ -45,7 +45,7 @@ Finding finding_of(const RunDeviation& deviation, const Simulation& run) {
           ? "by x" + brief(deviation.rate, 2) + " a second"
           : "tenfold within " + brief(std::numbers::ln10 / std::log(deviation.rate), 2) + " s";
   const auto amount = [&](double error) { return flat ? brief(error, 2) : metres(error); };
-  if (deviation.share <= RunDeviation::kWrong &&
+  if (deviation.share <= deviation.allowed &&
       !(chaotic && RunDeviation::kNeighbour * deviation.growth > RunDeviation::kWrong)) {
     if (deviation.energy > kWrongEnergy)
       return {Trust::kSuspect, "energy off by " + percent(deviation.energy, 1, 2)};

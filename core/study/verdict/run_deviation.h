@@ -26,6 +26,7 @@ struct OtherFigures {
 // The deviation of a run from its refined run, and from its neighbours if that is large.
 struct RunDeviation {
   enum class Outcome { kNone, kStopped, kShadowFailed, kCompared };
+  static constexpr double kWrong = 0.02;  // error that is one, of the size
 
   Outcome outcome = Outcome::kNone;
   double until = HUGE_VAL;       // s; where the two were compared up to that time only
@@ -33,6 +34,7 @@ struct RunDeviation {
   double rms = std::nan("");     // of all, the largest of the run, if asked for
   double at_end = std::nan("");  // the largest of one at the last state
   double share = std::nan("");   // largest error over the scene's size at that time
+  double allowed = kWrong;       // ... from which on the run is wrong
   double energy = std::nan("");  // largest |E - E of the shadow| over the energy in play
   double horizon = HUGE_VAL;     // s; until then the error is below 2 % of the size
   double growth = std::nan("");  // factor by which neighbouring states part in the whole run
@@ -49,7 +51,6 @@ struct RunDeviation {
 
   bool verified() const { return outcome == Outcome::kCompared; }
 
-  static constexpr double kWrong = 0.02;      // error that is one, of the size
   static constexpr double kNeighbour = 1e-7;  // how far away neighbours begin, of the size
   static constexpr double kChaos = 1e5;       // growth: neighbours part that far, and stay apart
   bool chaotic() const { return growth > kChaos; }

@@ -274,8 +274,11 @@ void StepDoubling::compare_shifted(std::size_t frames, const std::function<bool(
   RefinedRun shifted = make_refined_run(
       {.steps_per_step = 1, .method = run_->settings().method.choice(), .shifted = true});
   if (!follow(shifted, frames, stop)) {
+    // A run that is wrong stays so; one that is right is known as far as both others got.
+    const bool wrong = result.share > result.allowed;
+    const std::size_t known = wrong ? frames - 1 : shifted.path().size();
     result.outcome = RunDeviation::Outcome::kStopped;
-    result.until = std::min(result.until, frames_[shifted.path().size()].at.t);
+    result.until = known > 0 ? std::min(result.until, frames_[known].at.t) : HUGE_VAL;
   }
   for (std::size_t k = 1; k <= shifted.path().size(); ++k) {
     const double error =
