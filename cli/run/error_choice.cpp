@@ -9,6 +9,7 @@
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/report/goal_report.h"
+#include "core/study/accuracy/required_error.h"
 
 namespace sim::cli {
 namespace {
@@ -163,11 +164,12 @@ GoalChoices choose_for_error(RunRequest& request, LoadedScene& scene, Registry& 
       continue;
     }
     if (!choice.method)
-      throw Error(ErrorKind::kDiverged,
-                  {"no step found", spec.name + ", --error",
-                   "no error of a method is known by trials that are short beside the run",
-                   "name a method with -i, or see what '" + command_for(request.scene) +
-                       "' says without it"});
+      throw Error(
+          ErrorKind::kDiverged,
+          {"no step found", spec.name + ", --error",
+           "no trial that is short beside the run told an error, and the scene's own steps fail",
+           "name a method with -i, or see what '" + command_for(request.scene) +
+               "' says without it"});
     RunOptions options = run_options(request.scene, spec, registry);
     options.integrator = choice.integrator();
     options.dt = choice.dt;
@@ -193,8 +195,9 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
   const std::string others = others_text(choice);
   const bool restricted = !request.scene.integrator.name.empty() || request.scene.dt > 0;
   const std::string why =
-      !choice.kept ? "the closest of " +
-                         counted(static_cast<long>(choice.candidates.size()), "method") + " tried"
+      choice.untried ? "the scene's own method; no trial that is short beside the run told an error"
+      : !choice.kept ? "the closest of " +
+                           counted(static_cast<long>(choice.candidates.size()), "method") + " tried"
       : restricted && choice.candidates.size() == 1
           ? "as asked for"
           : "the cheapest of " + counted(static_cast<long>(choice.candidates.size()), "method") +

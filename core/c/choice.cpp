@@ -8,6 +8,7 @@
 #include "core/output/format.h"
 #include "core/report/goal_report.h"
 #include "core/report/study_words.h"
+#include "core/study/accuracy/required_error.h"
 #include "core/study/budget.h"
 #include "core/study/method_text.h"
 
@@ -68,10 +69,11 @@ void choose(sim_scene& scene, const ChoiceRequest& request, Watcher& watcher) {
     if (!choices[i]->method && !required->asked)
       choices[i].reset();
     else if (!choices[i]->method)
-      throw Error(ErrorKind::kDiverged,
-                  {"no step found", spec.name + ", error",
-                   "no error of a method is known by trials that are short beside the run",
-                   "name an integrator, or see what a run without it says"});
+      throw Error(
+          ErrorKind::kDiverged,
+          {"no step found", spec.name + ", error",
+           "no trial that is short beside the run told an error, and the scene's own steps fail",
+           "name an integrator, or see what a run without it says"});
   }
   for (std::size_t i = 0; i < choices.size(); ++i) {
     if (!choices[i]) continue;

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "core/study/accuracy/required_error.h"
 #include "core/study/accuracy/trajectory.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -210,6 +211,32 @@ TEST_CASE("the time of trials is theirs alone", "[study][goal]") {
   const GoalChoice choice = choice_of(shipped("gray_scott"), {.budget = {1e-2, false}, .time = 20});
   REQUIRE(choice.method);
   CHECK(choice.kept);
+}
+
+// Two trials of 270000 particles, 20 and 40 steps of rk4, are dearer than a run of 5. States are
+// seen at 20 times at least.
+TEST_CASE("where trials are too dear the scene's own step is tried", "[study][goal]") {
+  sim::SystemSpec spec = make_falling(1, 0);
+  spec.particles->list.resize(270'000, spec.particles->list.front());
+  spec.forces = {make_part("expression", {{"fx", std::string("-100*x")}})};
+  spec.integrator = "rk4";
+  spec.dt = 0.02;
+  const auto chosen = [&](double share, bool asked) {
+    return choice_of(
+        spec, {.budget = {share, false}, .time = 0.1, .integrators = {{"rk4"}}, .asked = asked});
+  };
+  const GoalChoice choice = chosen(1e-2, true);
+  CHECK(choice.untried);
+  REQUIRE(choice.method);
+  CHECK(choice.method->name == "rk4");
+  CHECK(choice.dt == Approx(0.1 / 20));
+  CHECK(choice.kept);
+  CHECK(choice.mended == 0);
+  const GoalChoice finer = chosen(1e-9, true);
+  CHECK(finer.kept);
+  CHECK(finer.mended == 1);
+  CHECK(finer.dt < choice.dt);
+  CHECK_FALSE(chosen(1e-2, false).method);
 }
 
 // Methods with long steps go past a pulse of 0.057 s, and their refined runs do, too.

@@ -10,6 +10,7 @@
 #include "core/base/text.h"
 #include "core/math/elementary.h"
 #include "core/study/accuracy/perturbation_growth.h"
+#include "core/study/accuracy/required_error.h"
 #include "core/study/accuracy/sweep.h"
 #include "core/study/accuracy/trial_pair.h"
 #include "core/study/limits/step_limit.h"
@@ -32,8 +33,9 @@ constexpr double kOfOne = 0.25;         // of that, at most, counts what one met
 constexpr double kFreeChecks = 1e5;     // that checks of the choice may take where trials took all
 constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
-constexpr double kAim = 0.7;            // of the error allowed
-constexpr double kCheckCost = 4;        // times that of the choice may take its check
+constexpr double kFirstGoalTolerance = 1e-3;  // of trials
+constexpr double kAim = 0.7;                  // of the error allowed
+constexpr double kCheckCost = 4;              // times that of the choice may take its check
 constexpr double kMeaningful = 0.1;  // of the size: an error above it tells nothing of finer runs
 constexpr double kInPulse = 4;       // steps in the shortest pulse, at least
 constexpr int kMostMendings = 3;
@@ -41,15 +43,6 @@ constexpr double kMostTimesFiner = 64;  // steps more at once
 
 bool is_splitting(const Candidate& method) {
   return method.info.symplectic || method.info.needs_second_order;
-}
-
-bool chooses_among_others(const MethodChoice& method, Registry& registry) {
-  return !method.name.empty() && registry.get<Integrator>(method.name).make_from_others != nullptr;
-}
-
-bool has_tolerance(const MethodChoice& method) {
-  return std::ranges::any_of(std::array{"tol", "rtol", "atol"},
-                             [&](const char* name) { return method.given.contains(name); });
 }
 
 bool other_family(const Candidate& a, const Candidate& b) {
@@ -72,6 +65,9 @@ class Chooser {
   bool affordable(const MethodTrials& next) const;
   bool affordable_check(const MethodTrials& next) const;
   double spent() const;
+  double least_known() const;  // the cost of the run, as far as trials tell
+  double rate() const { return spent() > 0 ? (seconds() - lost_) / spent() : 0; }  // s
+  double free_seconds() const;
   bool cheaper_than_run(const MethodTrials& next) const;  // with all trials before
   double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
   bool refine(MethodTrials& method);
@@ -92,6 +88,7 @@ class Chooser {
   void run_whole(MethodTrials& chosen, int most_mendings);
   double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
   MethodTrials* longest_kept();
+  MethodTrials* own();
   void tell_candidates();
 
   double ahead() const;  // the cost of the run and its refined run, as far as trials tell
@@ -155,7 +152,6 @@ std::int64_t Chooser::states_in(const Candidate& method, double time) const {
 
 void Chooser::make_trials() {
   constexpr double kInside = 0.9;  // of the largest stable step
-  constexpr double kFirstTolerance = 1e-3;
   constexpr double kFewest = 20;
   Simulation system = problem_.simulation();
   std::vector<MethodChoice> wanted = goal_.integrators;
@@ -174,8 +170,8 @@ void Chooser::make_trials() {
   const double window = result_.window;
   for (Candidate& method : methods) {
     if (Refinement(method).by_tolerance()) {
-      trials_.emplace_back(problem_, method, window, 1 / kFirstTolerance, states_in(method, window),
-                           corrected_, false);
+      trials_.emplace_back(problem_, method, window, 1 / kFirstGoalTolerance,
+                           states_in(method, window), corrected_, false);
       continue;
     }
     if (goal_.dt > 0) {
@@ -220,13 +216,26 @@ void Chooser::measure_range() {
 // beyond that of the run, and few scenes reach it: the others' choices depend on no machine.
 bool Chooser::affordable(const MethodTrials& next) const {
   if (cheaper_than_run(next)) return true;
-  const double before = spent(), all = before + next.next_cost();
-  const double expected = before > 0 ? (seconds() - lost_) * all / before : 0;
+  const double expected = rate() * (spent() + next.next_cost());
   // A method that turned out to be dear leaves the others their part.
   const double free = kFree / weight_;
   double taken = 0;
   for (const MethodTrials& each : trials_) taken += std::min(each.spent(), kOfOne * free);
-  return taken + next.next_cost() <= free && lost_ + expected <= kFreeSeconds;
+  return taken + next.next_cost() <= free && lost_ + expected <= free_seconds();
+}
+
+double Chooser::least_known() const {
+  double least = HUGE_VAL;
+  for (const MethodTrials& each : trials_)
+    least = std::min(least, whole(each.predict(kAim * in_window()).cost));
+  return least;
+}
+
+// Trials may take as long as the run, where that takes more than a second.
+double Chooser::free_seconds() const {
+  constexpr double kShortRun = 1;
+  const double run = rate() * least_known();
+  return run > kShortRun ? std::min(run, kFreeSeconds) : kFreeSeconds;
 }
 
 // Dear methods may have left nothing for the one that would tell.
@@ -261,7 +270,7 @@ double Chooser::ahead() const {
 bool Chooser::refine(MethodTrials& method) {
   constexpr double kPart = 0.25;  // of the time that is left, for one trial
   const bool may_last = cheaper_than_run(method);
-  const double begin = seconds(), end = begin + kPart * (kFreeSeconds - begin);
+  const double begin = seconds(), end = begin + kPart * std::max(0.0, free_seconds() - begin);
   const double later = ahead();
   bool late = false;
   const bool done = method.refine([&](double part) {
@@ -291,18 +300,25 @@ MethodTrials* Chooser::cheapest() {
 }
 
 // The method with the cheapest next run is refined next, until none can become cheaper than the
-// cheapest that is known to meet the error.
+// cheapest that is known to meet the error. Until an error is known, one that has run is refined
+// before others begin, whose costs are guesses.
 void Chooser::race() {
   while (!told_) {
     const double allowed = kAim * in_window();
     double known = HUGE_VAL;
-    for (const MethodTrials& each : trials_)
+    bool any = false;
+    for (const MethodTrials& each : trials_) {
+      any = any || std::isfinite(each.error());
       if (each.error() <= allowed) known = std::min(known, each.predict(allowed).cost);
+    }
+    const auto rank = [&](const MethodTrials& each) {
+      return std::pair(any || !each.finest().finished, each.next_cost());
+    };
     MethodTrials* next = nullptr;
     for (MethodTrials& each : trials_) {
       const bool open = each.can_refine() && !(each.error() <= allowed) &&
                         each.least_cost(allowed) < known && affordable(each);
-      if (open && (!next || each.next_cost() < next->next_cost())) next = &each;
+      if (open && (!next || rank(each) < rank(*next))) next = &each;
     }
     if (!next || !refine(*next)) return;
   }
@@ -410,10 +426,11 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   const Candidate& method = chosen.method();
   const Refinement refinement(method);
   const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
-  double fineness = chosen.predict(kAim * in_window()).fineness;
-  if (fineness == 0) fineness = chosen.fineness();
   const double longer = refinement.by_tolerance() ? 1 : result_.time / result_.window;
-  fineness *= longer;
+  double fineness = longer * chosen.predict(kAim * in_window()).fineness;
+  if (fineness == 0) fineness = longer * chosen.fineness();
+  if (result_.untried)
+    fineness = refinement.by_tolerance() ? 1 / kFirstGoalTolerance : result_.time / step_;
   // Trials predict nothing of runs far finer than they were.
   const double tried = chosen.fineness() * longer;
   const double finest = kMostTimesFiner * kMostTimesFiner * tried;
@@ -424,6 +441,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
+    if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
     const double dearer = refinement.dearer();
     const SeenRun run =
         seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
@@ -457,7 +475,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
       largest = std::max(largest, against.largest);
       horizon = std::min(horizon, kept_until(against, most));
     }
-    if (horizon > best) {
+    if (horizon > best && (run.finished || !result_.untried)) {
       best = horizon;
       result_.method = method;
       result_.dt = fixed ? goal_.dt : result_.time / static_cast<double>(plan.steps);
@@ -524,6 +542,14 @@ MethodTrials* Chooser::longest_kept() {
   return best < trials_.size() ? &trials_[best] : nullptr;
 }
 
+// The scene's own method, whose step has served somebody; else the one whose trial costs least.
+MethodTrials* Chooser::own() {
+  const std::string name = problem_.registry->get<Integrator>(problem_.integrator().name).name;
+  return &*std::ranges::min_element(trials_, {}, [&](const MethodTrials& each) {
+    return std::pair(each.method().name != name, each.next_cost());
+  });
+}
+
 void Chooser::tell_candidates() {
   const double allowed = kAim * in_window();
   for (const MethodTrials& each : trials_) {
@@ -541,6 +567,8 @@ GoalChoice Chooser::choose() {
   MethodTrials* chosen = choose_checked();
   const int mendings = chosen || goal_.asked ? kMostMendings : 0;
   if (!told_ && !chosen) chosen = longest_kept();
+  result_.untried = !chosen;
+  if (!told_ && !chosen && goal_.asked) chosen = own();
   if (!told_) tell_candidates();
   if (!told_ && chosen) run_whole(*chosen, mendings);
   result_.complete = !told_;
@@ -559,16 +587,6 @@ void GoalChoice::miss_pulse(double t) {
   kept = false;
   missed_at = t;
   horizon = std::min(horizon, t);
-}
-
-std::optional<RequiredError> required_error(const SystemSpec& spec, const MethodChoice& named,
-                                            double dt, Registry& registry) {
-  if (has_tolerance(named)) return {};
-  if (spec.error) return RequiredError{{spec.error->value, spec.error->in_metres}};
-  const MethodChoice method = named.over(spec.integrator);
-  const bool stepped = dt > 0 || (named.name.empty() && spec.dt > 0);
-  if (stepped || has_tolerance(method) || !chooses_among_others(method, registry)) return {};
-  return RequiredError{{}, false};
 }
 
 GoalChoice choose_for_error(const Problem& problem, const ErrorGoal& goal, const Watch& watch) {

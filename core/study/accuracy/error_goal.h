@@ -22,18 +22,6 @@ struct ErrorGoal {
   bool asked = true;  // false: a run that is not expected to keep it is not mended
 };
 
-// The error that a run has to keep.
-struct RequiredError {
-  Budget budget = {};
-  bool asked = true;  // false: nothing but a method that chooses among others was asked for
-};
-
-// The error that a system requires itself, or else 0.1 % of the size where its method chooses among
-// others, as `auto` does. None beside a tolerance, and a step that is given leaves the choice to
-// the method. `named`, `dt`: an integrator and a step that replace those of the system, or nothing.
-std::optional<RequiredError> required_error(const SystemSpec& spec, const MethodChoice& named,
-                                            double dt, Registry& registry);
-
 // The cost at which a method would keep the error, by its trials.
 struct GoalCandidate {
   std::string label;
@@ -60,6 +48,7 @@ struct GoalChoice {
   int mended = 0;                 // how often a run missed and a finer one was taken
   bool kept = false;
   bool asked = true;                // see RequiredError
+  bool untried = false;             // no trial told an error: the scene's own method and step
   double horizon = HUGE_VAL;        // s, until when it is kept
   bool chaotic = false;             // neighbours part, so that no step helps
   bool complete = false;            // false: told to end
