@@ -233,7 +233,8 @@ std::string choice_json(const WorkPrecision& study, const std::optional<PlaceOf>
   object.text("integrator", curve_of(study, *place).method.label);
   point.tolerance > 0 ? object.number("tol", point.tolerance) : object.number("dt", point.dt);
   object.number("error", point.rms)
-      .number("evaluations", study.cost(*place))
+      .integer("evaluations", point.effort.evaluations)
+      .number("cost", study.cost(*place))
       .text("command", command_text(study, *place, asked));
   if (verdict)
     object.text("verdict", study::trust_name(verdict->trust)).text("reason", verdict->reason);
