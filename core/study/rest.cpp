@@ -90,14 +90,29 @@ bool overloads(Simulation& simulation) {
   return more;
 }
 
-// The largest m |v| / h after a step of the length h from rest, N; nan where none can be taken.
-double force_after_step(Simulation& simulation) {
+// The largest m |v| / h or 2 m |dx| / h^2 after a step of the length h from rest, N: what falls on
+// something within it may have no velocity at its end. Moves of up to `slack`, m, are none. nan
+// where no step can be taken.
+double force_after_step(Simulation& simulation, double slack) {
+  const Snapshot rest = simulation.snapshot();
   if (!simulation.step()) return std::nan("");
   const std::span<const double> masses = dynamic_cast<const Particles&>(simulation.ode()).masses();
+  const StatePart& place = simulation.shape().first();
+  const double h = simulation.h();
   double most = 0;
-  for (int i = 0; i < simulation.particles(); ++i)
-    if (const double mass = masses[static_cast<std::size_t>(i)]; std::isfinite(mass))
-      most = std::max(most, mass * simulation.velocity(i).norm() / simulation.h());
+  for (int i = 0; i < simulation.particles(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (!std::isfinite(masses[k])) continue;
+    double square = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t at = place.at(k, axis);
+      const double moved = simulation.state()[at] - rest.x[at];
+      square += moved * moved;
+    }
+    const double speed =
+        std::max(simulation.velocity(i).norm(), 2 * (std::sqrt(square) - slack) / h);
+    most = std::max(most, masses[k] * speed / h);
+  }
   return most;
 }
 
@@ -124,17 +139,17 @@ double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iteration
 Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr std::int64_t kLongest = 30'000, kMore = 500;  // after forces are good
   constexpr double kWait = 30;                            // s; who waits longer runs the scene
-  constexpr int kIdle = 100;                            // peaks without a clearly smaller force
+  constexpr int kIdle = 100;                              // peaks without a clearly smaller force
   constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   constexpr double kFound = 1e-6, kBetter = 0.9;
+  constexpr double kSettles = 1e-6;  // of the size, by which rods and bodies are led back
   // The share of the forces in play that friction of constrained particles, and contact of bodies
   // and surfaces, may leave.
   const bool rough = simulation.constraint_system() || !simulation.corrections().empty();
   const double good = rough ? 1e-3 : kFound;
   const auto began = std::chrono::steady_clock::now();
   const auto late = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() >
-           kWait;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > kWait;
   };
   const Snapshot begin = simulation.snapshot();
   const double size = scene_size(simulation);
@@ -165,7 +180,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
       break;
     }
     const bool fresh = kinetic < 0;
-    const double force = fresh               ? force_after_step(simulation)
+    const double force = fresh ? force_after_step(simulation, rough ? kSettles * size : 0)
                          : simulation.step() ? 0
                                              : std::nan("");
     if (std::isnan(force)) {
@@ -192,7 +207,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
       }
     }
     const double now = simulation.energy().kinetic;
-    if (now >= kinetic) {
+    if (now > kinetic) {
       kinetic = now;
       if (steps % 1000 == 0)
         far = !(largest_move(simulation.shape(), simulation.state().data(), begin.x.data()) <=

@@ -75,7 +75,8 @@ std::optional<std::string> StudiedScene::answer(const std::string& study,
   all.insert(all.end(), words.begin(), words.end());
   const Outcome outcome = limited_run(all);
   if (outcome.code == 0) return outcome.out;
-  if (outcome.code == kKilled + SIGKILL || outcome.code == kKilled + SIGXCPU)
+  const bool case_killed = outcome.out.find("ended by signal") != std::string::npos;
+  if (outcome.code == kKilled + SIGKILL || outcome.code == kKilled + SIGXCPU || case_killed)
     ++tally().set_aside;
   else if (outcome.code == kUsage || outcome.code == kDiverged)
     ++tally().refused;

@@ -65,16 +65,19 @@ StudiedScene::PointCheck StudiedScene::check_point(const std::string& name, cons
     whole = k + 1 == seen.states.size();
   }
   check.known = check.unknown <= 0.25 * check.error;
+  // Contact at other ends of steps has another error by chance.
+  const bool by_chance = tolerance > 0 && text_.find("colliders =") != std::string::npos;
+  const double share = by_chance ? 0.5 * kShare : kShare;
   const double slack = reference_error + kRounding * size;
   const std::string words =
       name +
       (tolerance > 0 ? ", tol " + sim::brief(tolerance, 3) : ", " + sim::brief(dt, 4) + " s") +
       ": told " + sim::brief(told, 3) + ", true " + sim::brief(check.error, 3) + " known to " +
       sim::brief(check.unknown, 2) + " (" + truth->how + ")";
-  if (!check.known && !(told < kShare * least - slack))
+  if (!check.known && !(told < share * least - slack))
     ++tally().unknown;
   else
-    claim(!(told < kShare * least - slack), "error too small: " + words);
+    claim(!(told < share * least - slack), "error too small: " + words);
   if (whole && check.known && !(tolerance > 0) && !std::isnan(told_end))
     claim(std::abs(told_end - end) <= 0.1 * end + end_unknown + 10 * slack,
           "error at the end: told " + sim::brief(told_end, 3) + " of " + sim::brief(end, 3) + "; " +
@@ -198,11 +201,11 @@ void StudiedScene::check_compare() {
   if (!found) return;
   const double time = number(*found, "time"), size = number(*found, "size");
   const double reference_error = number(found->at("reference"), "error");
-  // The mean by the trapezoidal rule over the steps of two methods.
+  // The mean by the trapezoidal rule over the steps of two methods, one at least twice as fine.
   const sim::study::Quantity mean(spec_, "mean seen");
   std::vector<double> means;
   for (const auto& [method, finer] :
-       {std::pair{"rk4", 20}, {"pefrl", 27}, {"rk3", 31}, {"verlet", 66}}) {
+       {std::pair{"rk4", 20}, {"pefrl", 40}, {"rk3", 80}, {"verlet", 160}}) {
     if (means.size() == 2 || !std::ranges::count(methods_, method)) continue;
     double sum = 0, before = std::nan(""), t_before = 0;
     const CourseTask task{.time = time,

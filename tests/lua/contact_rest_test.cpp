@@ -1,6 +1,7 @@
 // Rest of what lies on something: particles and rods on colliders, boxes, bodies on cloth.
 #include <cmath>
 
+#include "core/output/format.h"
 #include "core/study/rest.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/scenes.h"
@@ -37,6 +38,25 @@ TEST_CASE("a bead on a spring comes to rest on the floor", "[rest]") {
   CHECK(run.system.position(1).x() == Approx(0).margin(1e-6));
   CHECK(run.system.velocity(1) == Vec3::Zero());
   CHECK(run.system.t() == 0);
+}
+
+// From 5 um above the floor it lands within a step of 2 ms, after which it has no velocity.
+TEST_CASE("what hangs in the air above a floor is not at rest", "[rest]") {
+  for (const double height : {5e-6, 1e-9}) {
+    TextRun run(
+        "local particles = sim.particles { mass = 1 }\n"
+        "particles:add {0, " +
+            shortest(height) +
+            ", 0}\n"
+            "particles:add {1, 0, 0}\n" +
+            end_of("forces = { sim.force.gravity {} },\n"
+                   "colliders = { sim.collider.plane { normal = {0, 1, 0} } }"),
+        "verlet", 2e-3);
+    const study::Rest rest = study::come_to_rest(run.system);
+    CHECK(rest.found);
+    CHECK(std::abs(run.system.position(0).y()) < 1e-11);
+    CHECK(rest.effort.steps < 100);
+  }
 }
 
 TEST_CASE("a chain of rods comes to rest on a floor", "[rest]") {

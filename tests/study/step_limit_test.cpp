@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/study/limits/step_limit.h"
 #include "tests/lua/scene_text.h"
+#include "tests/study/judged_run.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -185,6 +186,22 @@ TEST_CASE("the energy goes wrong towards the limit, by the order of the method f
   }
   const auto& verlet = method_of(study, "verlet").energy;
   CHECK(verlet[1].error / verlet[0].error == Approx(4).margin(1));
+}
+
+// q'' = -w^2 q - c q': overdamped with w^2 = 0.198, whose decay of 1.539 1/s is the fastest motion,
+// and underdamped with 2.217, which limits Euler's method to c / w^2.
+TEST_CASE("the step of a flat system is limited by any of its modes") {
+  constexpr double kDamping = 1.6679, kSlow = 0.198, kFast = 2.217;
+  const sim::SystemSpec spec =
+      make_field({1, 0, 1, 0}, [](double, std::span<const double> x, std::span<double> d) {
+        d[0] = x[1];
+        d[1] = -kSlow * x[0] - kDamping * x[1];
+        d[2] = x[3];
+        d[3] = -kFast * x[2] - kDamping * x[3];
+      });
+  const auto study = study_of(spec, {{"euler"}, {"implicit_euler"}});
+  CHECK(step_limit(method_of(study, "euler")).value() == Approx(kDamping / kFast).epsilon(1e-3));
+  CHECK(std::isinf(step_limit(method_of(study, "implicit_euler")).value()));
 }
 
 TEST_CASE("a method that says nothing of its stability is not predicted") {

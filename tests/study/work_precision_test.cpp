@@ -7,6 +7,7 @@
 
 #include "core/study/accuracy/trajectory.h"
 #include "tests/lua/scene_text.h"
+#include "tests/study/judged_run.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -144,6 +145,53 @@ TEST_CASE("measured errors are those of the literature") {
   };
   CHECK(error("verlet", 128) == Approx(3.0e-4).epsilon(0.05));
   CHECK(error("pefrl", 64) == Approx(1.1e-5).epsilon(0.05));
+}
+
+// States of methods with steps of their own are seen at all times of the reference, also of
+// implicit ones, whose dense output is worse than their steps.
+TEST_CASE("the error of a method with dense output is that between its steps") {
+  constexpr double kTime = 10, kTolerance = 1e-8;
+  sim::Registry registry = make_registry();
+  const sim::SystemSpec spec = make_oscillator();
+  const sim::study::Problem problem{&spec, &registry};
+  const auto reference = sim::study::reference(problem, kTime, no_watch());
+  const int all = reference.intervals();
+  REQUIRE(all >= 60);
+  const sim::study::Yardstick yardstick{&reference, kTime, 1, all, false, 0};
+  for (const char* name : {"rodas4", "esdirk43", "bdf", "dopri5"}) {
+    const auto methods = sim::study::fitting_methods(problem, {{name}});
+    const auto point =
+        sim::study::measure(problem, methods[0], 20, kTolerance, yardstick, [] { return true; });
+    sim::Simulation run(spec, registry,
+                        {.integrator = {name, {{"tol", kTolerance}}}, .dt = kTime / all});
+    double most = 0;
+    for (int k = 0; k < all; ++k) {
+      REQUIRE(run.step());
+      most = std::max(most, std::hypot(run.component(0) - std::cos(run.t()),
+                                       run.component(1) + std::sin(run.t())) /
+                                std::sqrt(2));
+    }
+    INFO(name << ' ' << all);
+    CHECK(point->rms == Approx(most).epsilon(0.01));
+  }
+}
+
+// A quantity that is 0 until then and 1 afterwards. Two references see it at the same times.
+TEST_CASE("the mean of what jumps is known as well as it is sampled") {
+  constexpr double kTime = 1;
+  for (const double jump : {0.3, 1.0 / 3, 0.7123}) {
+    sim::SystemSpec spec = make_oscillator();
+    spec.observers.push_back({.name = "late", .value = [jump](const sim::Simulation& s) {
+                                return s.t() < jump ? 0 : 1;
+                              }});
+    sim::Registry registry = make_registry();
+    sim::study::Problem problem{&spec, &registry};
+    problem.of.emplace(spec, "mean late");
+    const auto reference = sim::study::reference(problem, kTime, no_watch());
+    INFO(jump << ' ' << reference.intervals());
+    CHECK(std::abs(reference.figure - (kTime - jump)) <= 1.5 * reference.error.back() + 1e-12);
+    CHECK(reference.error.back() < 2 * kTime / reference.intervals());
+  }
 }
 
 namespace {

@@ -142,10 +142,11 @@ double Chooser::window_of(Simulation& system) const {
 }
 
 // The number of states that a method with adaptive steps shows: as many as the scene asks for, but
-// few for an implicit method, as each state ends a step.
+// few for an implicit method without dense output, as each state ends a step.
 std::int64_t Chooser::states_in(const Candidate& method, double time) const {
   constexpr std::int64_t kImplicitStates = 40, kStates = 120;
-  if (method.info.implicit && goal_.dt == 0) return kImplicitStates;
+  const bool dense = method.info.adaptive && !corrected_;
+  if (method.info.implicit && !dense && goal_.dt == 0) return kImplicitStates;
   const auto all = static_cast<std::int64_t>(std::ceil(time / step_ - 1e-9));
   return (all + kStates - 1) / kStates * kStates;
 }

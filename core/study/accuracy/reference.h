@@ -21,6 +21,7 @@ struct Reference {
   Candidate method;              // one good to about 1e-6 of the scene's size, with so many steps:
   std::int64_t steps = 0;        // for runs that need not be exact
   int own_intervals = 0;         // where ties may break: nearly as many as steps of the user's run
+  bool contact = false;          // states are corrected by contact
 
   int intervals() const { return static_cast<int>(points.size()) - 1; }
   // The steps' ends of adaptive runs that are compared with it. Ties break there.

@@ -108,8 +108,9 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   };
   Point point;
   TrajectoryPlan plan{yardstick.time, reference.seen_of(steps), steps, tolerance, yardstick.energy};
-  // Without dense output each sampled state ends a step.
-  const bool dense = !method.info.implicit;
+  // Without dense output each sampled state ends a step, as those of implicit methods do in
+  // contact.
+  const bool dense = method.info.adaptive && !(method.info.implicit && reference.contact);
   if (by_tolerance && dense) plan.steps = plan.intervals = reference.adaptive_intervals();
   const int stride = reference.intervals() / plan.intervals;
   Course course;

@@ -121,6 +121,13 @@ void measure_limit(Standstill& place, const Stability& result, MethodStability& 
   each.measured = measured_step(place, result.spectrum, each.method);
   // If damping barely holds a growth that is too slow to measure, only the prediction is known.
   if (each.measured == 0.0 && each.predicted.value_or(0) > 0) each.measured.reset();
+  // Steps in the plane of the fastest mode confirm the limit of a flat system at most: another mode
+  // may be the first to grow, and a state that moves on is another one by the end of a step.
+  constexpr double kConfirms = 0.05;
+  if (result.spectrum.first_order && each.measured && each.predicted &&
+      !(*each.measured >= (1 - kConfirms) * *each.predicted &&
+        *each.measured <= (1 + kConfirms) * *each.predicted))
+    each.measured.reset();
 } catch (const Error&) {}
 
 // The expected duration, s, of the rest of the study, by the predicted limits.
