@@ -140,7 +140,7 @@ void StudiedScene::check_stability() {
       const bool drifts = moves || kind_ == "bodies" || slow;
       if (!flat && drifts) return {};
       try {
-        if (flat && own_growth * step > kLittle) return {};
+        if (flat && own_growth * step > (expected ? kRounding : kLittle)) return {};
         if (flat && !still) return {};
         if (flat) return growth_of_step(*still, name, step, registry_);
         const int steps = expected ? kMoreSteps : kSteps;
