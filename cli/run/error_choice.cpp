@@ -195,7 +195,8 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
   const std::string others = others_text(choice);
   const bool restricted = !request.scene.integrator.name.empty() || request.scene.dt > 0;
   const std::string why =
-      choice.untried ? "the scene's own method; no trial that is short beside the run told an error"
+      choice.from_scene
+          ? "the scene's own method; trials that are short beside the run tell too little"
       : !choice.kept ? "the closest of " +
                            counted(static_cast<long>(choice.candidates.size()), "method") + " tried"
       : restricted && choice.candidates.size() == 1

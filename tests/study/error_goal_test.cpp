@@ -226,7 +226,7 @@ TEST_CASE("where trials are too dear the scene's own step is tried", "[study][go
         spec, {.budget = {share, false}, .time = 0.1, .integrators = {{"rk4"}}, .asked = asked});
   };
   const GoalChoice choice = chosen(1e-2, true);
-  CHECK(choice.untried);
+  CHECK(choice.from_scene);
   REQUIRE(choice.method);
   CHECK(choice.method->name == "rk4");
   CHECK(choice.dt == Approx(0.1 / 20));

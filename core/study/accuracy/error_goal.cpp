@@ -1,7 +1,6 @@
 #include "core/study/accuracy/error_goal.h"
 
 #include <algorithm>
-#include <array>
 #include <ctime>
 #include <numeric>
 #include <tuple>
@@ -41,14 +40,6 @@ constexpr double kInPulse = 4;       // steps in the shortest pulse, at least
 constexpr int kMostMendings = 3;
 constexpr double kMostTimesFiner = 64;  // steps more at once
 
-bool is_splitting(const Candidate& method) {
-  return method.info.symplectic || method.info.needs_second_order;
-}
-
-bool other_family(const Candidate& a, const Candidate& b) {
-  return a.info.implicit != b.info.implicit || is_splitting(a) != is_splitting(b);
-}
-
 class Chooser {
  public:
   Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& watch);
@@ -85,15 +76,29 @@ class Chooser {
   }
   MethodTrials* choose_checked();
   double kept_until(const ErrorCourse& course, double allowed) const;
-  void run_whole(MethodTrials& chosen, int most_mendings);
+  double predicted_fineness(const MethodTrials& chosen) const;
+  double own_fineness(const MethodTrials& own) const;
+  bool is_far_dearer_than_own(double cost);
+  struct Beginning {
+    double fineness;
+    int most_mendings;
+    double most_cost = HUGE_VAL;  // of a run, evaluations
+    bool from_scene = false;
+  };
+  void run_whole(MethodTrials& chosen, const Beginning& beginning);
   double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
-  MethodTrials* longest_kept();
-  MethodTrials* own();
+  std::string own_name() const {
+    return problem_.registry->get<Integrator>(problem_.integrator().name).name;
+  }
+  MethodTrials& own();
   void tell_candidates();
 
   double ahead() const;  // the cost of the run and its refined run, as far as trials tell
   double in_window() const { return result_.allowed * result_.window / result_.time; }
   double whole(double cost) const { return cost * result_.time / result_.window; }
+  double longer_than_window(const MethodTrials& each) const {  // in terms of its fineness
+    return Refinement(each.method()).by_tolerance() ? 1 : result_.time / result_.window;
+  }
 
   const Problem& problem_;
   const ErrorGoal& goal_;
@@ -104,6 +109,7 @@ class Chooser {
   double checks_ = 0;        // evaluations that checks took
   double lost_ = 0;          // s, of trials that were given up
   double runs_cost_ = 0;     // of the runs that are done, evaluations
+  double best_ = -1;         // s, until when one of them kept it
   double pulse_ = HUGE_VAL;  // s, the shortest
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
@@ -160,12 +166,11 @@ void Chooser::make_trials() {
     return chooses_among_others(each, *problem_.registry);
   });
   std::vector<Candidate> methods = methods_to_sweep(problem_, system, wanted);
-  const std::string own = problem_.registry->get<Integrator>(problem_.integrator().name).name;
   if (wanted.empty())
     std::erase_if(methods, [&](const Candidate& each) {
       const bool tried = std::ranges::find(kWorthTrying, each.name) != std::end(kWorthTrying) ||
                          (problem_.spec->first_order && each.name == kCheapest);
-      return each.chooses || (!tried && each.name != own);
+      return each.chooses || (!tried && each.name != own_name());
     });
   const Spectrum modes = spectrum(system);
   const double window = result_.window;
@@ -422,21 +427,36 @@ double Chooser::kept_until(const ErrorCourse& course, double allowed) const {
   return share < 1 ? share * result_.time : HUGE_VAL;
 }
 
+// The fineness of the whole run; trials predict nothing of runs far finer than they were.
+double Chooser::predicted_fineness(const MethodTrials& chosen) const {
+  const double longer = longer_than_window(chosen), tried = chosen.fineness() * longer;
+  const double fineness = longer * chosen.predict(kAim * in_window()).fineness;
+  return fineness > 0 ? std::min(fineness, (chosen.idle() ? 1 : kMostTimesFiner) * tried) : tried;
+}
+
+double Chooser::own_fineness(const MethodTrials& own) const {
+  if (Refinement(own.method()).by_tolerance()) return 1 / kFirstGoalTolerance;
+  return std::max(result_.time / step_, std::ceil(kInPulse * result_.time / pulse_));
+}
+
+// The scene's own run, whose step has served somebody, costs far less.
+bool Chooser::is_far_dearer_than_own(double cost) {
+  constexpr double kFar = 8;
+  const Candidate& method = own().method();
+  if (!goal_.asked || goal_.dt > 0 || method.info.implicit || method.info.adaptive) return false;
+  return method.name == own_name() &&
+         cost > kFar * own_fineness(own()) * std::max(1, method.info.evaluations);
+}
+
 // The run and its refined run; repeated with smaller steps if it misses the goal.
-void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
+void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
+  double fineness = beginning.fineness;
   const Candidate& method = chosen.method();
   const Refinement refinement(method);
   const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
-  const double longer = refinement.by_tolerance() ? 1 : result_.time / result_.window;
-  double fineness = longer * chosen.predict(kAim * in_window()).fineness;
-  if (fineness == 0) fineness = longer * chosen.fineness();
-  if (result_.untried)
-    fineness = refinement.by_tolerance() ? 1 / kFirstGoalTolerance : result_.time / step_;
-  // Trials predict nothing of runs far finer than they were.
-  const double tried = chosen.fineness() * longer;
+  const double tried = chosen.fineness() * longer_than_window(chosen);
   const double finest = kMostTimesFiner * kMostTimesFiner * tried;
-  if (tried > 0) fineness = std::min(fineness, (chosen.idle() ? 1 : kMostTimesFiner) * tried);
-  double exponent = chosen.exponent(), best = -1;
+  double exponent = chosen.exponent();
   double previous = 0, previous_error = 0;
   double expected = whole(chosen.predict(kAim * in_window()).cost);
   for (int attempt = 0;; ++attempt) {
@@ -476,9 +496,10 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
       largest = std::max(largest, against.largest);
       horizon = std::min(horizon, kept_until(against, most));
     }
-    if (horizon > best && (run.finished || !result_.untried)) {
-      best = horizon;
+    if (horizon > best_ && (run.finished || !beginning.from_scene)) {
+      best_ = horizon;
       result_.method = method;
+      result_.from_scene = beginning.from_scene;
       result_.dt = fixed ? goal_.dt : result_.time / static_cast<double>(plan.steps);
       result_.tolerance = plan.tolerance;
       result_.error = error;
@@ -487,7 +508,7 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
       result_.kept = error <= result_.allowed;
       result_.horizon = horizon;
     }
-    if (result_.kept || fixed || attempt == most_mendings) return;
+    if (result_.kept || fixed || attempt == beginning.most_mendings) return;
     result_.trials += run.cost + fine.cost;
     if (attempt == 0 && error > 10 * result_.allowed) {
       const double parted = horizon_by_neighbour(method, plan, run);
@@ -507,47 +528,21 @@ void Chooser::run_whole(MethodTrials& chosen, int most_mendings) {
                             ? elementary::pow(error / (aim * result_.allowed), 1 / exponent)
                             : refinement.factor();
     // The error of a run near the limit of stability says little: what a trial has kept is enough.
-    const double enough = chosen.kept_at(in_window()) * longer;
+    const double enough = chosen.kept_at(in_window()) * longer_than_window(chosen);
     const double finer = fineness * std::clamp(more, least, kMostTimesFiner);
     fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
     if (tried > 0 && fineness > finest) return;
     expected = run.cost * elementary::pow(fineness / previous, refinement.cost());
     const bool closer = attempt == 0 || exponent > kLeastExponent;
-    if (!closer && weight_ * expected > kFree) return;
+    if ((!closer && weight_ * expected > kFree) || expected > beginning.most_cost) return;
     result_.mended = attempt + 1;
   }
 }
 
-// The method that keeps the error longest, if none keeps it over the whole window: as another
-// family confirms, or any other method, or by itself.
-MethodTrials* Chooser::longest_kept() {
-  std::vector<std::array<double, 3>> kept;
-  for (const MethodTrials& each : trials_) {
-    kept.push_back({0, 0, each.kept_share(in_window())});
-    for (std::size_t i = 0; i + 1 < kept.size(); ++i) {
-      const MethodTrials& other = trials_[i];
-      if (!std::isfinite(each.error()) || !std::isfinite(other.error())) continue;
-      const double share = pair(each, other).kept_share(in_window());
-      const bool confirms = other_family(other.method(), each.method());
-      for (auto* of : {&kept.back(), &kept[i]})
-        *of = {std::max((*of)[0], confirms ? share : 0), std::max((*of)[1], share), (*of)[2]};
-    }
-  }
-  std::size_t best = trials_.size();
-  for (std::size_t i = 0; i < trials_.size(); ++i) {
-    if (!std::isfinite(trials_[i].error())) continue;
-    if (best == trials_.size() || kept[i] > kept[best] ||
-        (kept[i] == kept[best] && trials_[i].next_cost() < trials_[best].next_cost()))
-      best = i;
-  }
-  return best < trials_.size() ? &trials_[best] : nullptr;
-}
-
-// The scene's own method, whose step has served somebody; else the one whose trial costs least.
-MethodTrials* Chooser::own() {
-  const std::string name = problem_.registry->get<Integrator>(problem_.integrator().name).name;
-  return &*std::ranges::min_element(trials_, {}, [&](const MethodTrials& each) {
-    return std::pair(each.method().name != name, each.next_cost());
+// The scene's own method, or the one whose trial costs least.
+MethodTrials& Chooser::own() {
+  return *std::ranges::min_element(trials_, {}, [&](const MethodTrials& each) {
+    return std::pair(each.method().name != own_name(), each.next_cost());
   });
 }
 
@@ -564,14 +559,18 @@ void Chooser::tell_candidates() {
 }
 
 GoalChoice Chooser::choose() {
+  constexpr double kPart = 0.5;
   make_trials();
-  MethodTrials* chosen = choose_checked();
-  const int mendings = chosen || goal_.asked ? kMostMendings : 0;
-  if (!told_ && !chosen) chosen = longest_kept();
-  result_.untried = !chosen;
-  if (!told_ && !chosen && goal_.asked) chosen = own();
+  MethodTrials* const checked = choose_checked();
+  MethodTrials* const chosen =
+      checked || told_ ? checked : longest_kept(problem_, trials_, in_window());
+  const double cost = checked ? whole(checked->predict(kAim * in_window()).cost) : HUGE_VAL;
   if (!told_) tell_candidates();
-  if (!told_ && chosen) run_whole(*chosen, mendings);
+  if (!told_ && (checked ? is_far_dearer_than_own(cost) : !chosen && goal_.asked))
+    run_whole(own(), {own_fineness(own()), kMostMendings, kPart * cost, true});
+  const int mendings = checked || goal_.asked ? kMostMendings : 0;
+  if (!told_ && chosen && !result_.kept)
+    run_whole(*chosen, {predicted_fineness(*chosen), mendings});
   result_.complete = !told_;
   return std::move(result_);
 }

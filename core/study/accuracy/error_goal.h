@@ -48,7 +48,7 @@ struct GoalChoice {
   int mended = 0;                 // how often a run missed and a finer one was taken
   bool kept = false;
   bool asked = true;                // see RequiredError
-  bool untried = false;             // no trial told an error: the scene's own method and step
+  bool from_scene = false;          // trials told too little: the scene's own method and step
   double horizon = HUGE_VAL;        // s, until when it is kept
   bool chaotic = false;             // neighbours part, so that no step helps
   bool complete = false;            // false: told to end

@@ -1,12 +1,17 @@
 // Two methods' finest trials, compared at each time of their window.
 #pragma once
 
+#include <vector>
+
 #include "core/study/accuracy/method_trials.h"
 
 namespace sim::study {
 
 // Times the sum of both errors that two families may differ.
 inline constexpr double kFamiliesAgree = 2;
+
+// True if one of the two is implicit, or splits its steps, and the other does not.
+bool other_family(const Candidate& a, const Candidate& b);
 
 class TrialPair {
  public:
@@ -31,5 +36,10 @@ class TrialPair {
   const MethodTrials *a_, *b_;
   ErrorCourse off_;
 };
+
+// The method that keeps the error longest: as another family confirms, or any other method, or by
+// itself. None if no error is known.
+MethodTrials* longest_kept(const Problem& problem, std::vector<MethodTrials>& trials,
+                           double allowed);
 
 }  // namespace sim::study
