@@ -566,7 +566,7 @@ GoalChoice Chooser::choose() {
       checked || told_ ? checked : longest_kept(problem_, trials_, in_window());
   const double cost = checked ? whole(checked->predict(kAim * in_window()).cost) : HUGE_VAL;
   if (!told_) tell_candidates();
-  if (!told_ && (checked ? is_far_dearer_than_own(cost) : !chosen && goal_.asked))
+  if (!told_ && (checked ? is_far_dearer_than_own(cost) : goal_.asked))
     run_whole(own(), {own_fineness(own()), kMostMendings, kPart * cost, true});
   const int mendings = checked || goal_.asked ? kMostMendings : 0;
   if (!told_ && chosen && !result_.kept)
