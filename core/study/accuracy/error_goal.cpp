@@ -500,6 +500,7 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
       best_ = horizon;
       result_.method = method;
       result_.from_scene = beginning.from_scene;
+      result_.chaotic = false;
       result_.dt = fixed ? goal_.dt : result_.time / static_cast<double>(plan.steps);
       result_.tolerance = plan.tolerance;
       result_.error = error;
@@ -566,7 +567,7 @@ GoalChoice Chooser::choose() {
       checked || told_ ? checked : longest_kept(problem_, trials_, in_window());
   const double cost = checked ? whole(checked->predict(kAim * in_window()).cost) : HUGE_VAL;
   if (!told_) tell_candidates();
-  if (!told_ && (checked ? is_far_dearer_than_own(cost) : goal_.asked))
+  if (!told_ && (checked ? is_far_dearer_than_own(cost) : goal_.asked && !(chosen && goal_.dt > 0)))
     run_whole(own(), {own_fineness(own()), kMostMendings, kPart * cost, true});
   const int mendings = checked || goal_.asked ? kMostMendings : 0;
   if (!told_ && chosen && !result_.kept)
