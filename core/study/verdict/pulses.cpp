@@ -202,8 +202,8 @@ std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) co
     }
     // A pulse may go on in the step behind the frame.
     std::vector<double> longer = values;
-    for (double t = span / kFine; t < run_->h(); t += span / kFine) {
-      rate_at(to.at.t + t, from, rate);
+    for (int i = 1; i <= kFine && span * i / kFine < run_->h(); ++i) {
+      rate_at(to.at.t + span * i / kFine, from, rate);
       longer.push_back(rate[c]);
     }
     const double mean = std::accumulate(values.begin(), values.end(), 0.0) / kFine;
