@@ -93,8 +93,7 @@ bool overloads(Simulation& simulation) {
 // The largest m |v| / h or 2 m |dx| / h^2 after a step of the length h from rest, N: what falls on
 // something within it may have no velocity at its end. Moves of up to `slack`, m, are none. nan
 // where no step can be taken.
-double force_after_step(Simulation& simulation, double slack) {
-  const Snapshot rest = simulation.snapshot();
+double force_after_step(Simulation& simulation, const Snapshot& rest, double slack) {
   if (!simulation.step()) return std::nan("");
   const std::span<const double> masses = dynamic_cast<const Particles&>(simulation.ode()).masses();
   const StatePart& place = simulation.shape().first();
@@ -180,7 +179,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
       break;
     }
     const bool fresh = kinetic < 0;
-    const double force = fresh ? force_after_step(simulation, rough ? kSettles * size : 0)
+    const double force = fresh ? force_after_step(simulation, state, rough ? kSettles * size : 0)
                          : simulation.step() ? 0
                                              : std::nan("");
     if (std::isnan(force)) {

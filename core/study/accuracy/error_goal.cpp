@@ -96,6 +96,9 @@ class Chooser {
   double ahead() const;  // the cost of the run and its refined run, as far as trials tell
   double in_window() const { return result_.allowed * result_.window / result_.time; }
   double whole(double cost) const { return cost * result_.time / result_.window; }
+  double predicted_cost(const MethodTrials& each) const {  // of the run, evaluations
+    return whole(each.predict(kAim * in_window()).cost);
+  }
   double longer_than_window(const MethodTrials& each) const {  // in terms of its fineness
     return Refinement(each.method()).by_tolerance() ? 1 : result_.time / result_.window;
   }
@@ -109,7 +112,6 @@ class Chooser {
   double checks_ = 0;        // evaluations that checks took
   double lost_ = 0;          // s, of trials that were given up
   double runs_cost_ = 0;     // of the runs that are done, evaluations
-  double best_ = -1;         // s, until when one of them kept it
   double pulse_ = HUGE_VAL;  // s, the shortest
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
@@ -151,7 +153,7 @@ double Chooser::window_of(Simulation& system) const {
 // few for an implicit method without dense output, as each state ends a step.
 std::int64_t Chooser::states_in(const Candidate& method, double time) const {
   constexpr std::int64_t kImplicitStates = 40, kStates = 120;
-  const bool dense = method.info.adaptive && !corrected_;
+  const bool dense = has_dense_output(method.info, corrected_);
   if (method.info.implicit && !dense && goal_.dt == 0) return kImplicitStates;
   const auto all = static_cast<std::int64_t>(std::ceil(time / step_ - 1e-9));
   return (all + kStates - 1) / kStates * kStates;
@@ -232,8 +234,7 @@ bool Chooser::affordable(const MethodTrials& next) const {
 
 double Chooser::least_known() const {
   double least = HUGE_VAL;
-  for (const MethodTrials& each : trials_)
-    least = std::min(least, whole(each.predict(kAim * in_window()).cost));
+  for (const MethodTrials& each : trials_) least = std::min(least, predicted_cost(each));
   return least;
 }
 
@@ -268,7 +269,7 @@ double Chooser::ahead() const {
   double least = HUGE_VAL;
   for (const MethodTrials& each : trials_) {
     const double both = 1 + Refinement(each.method()).dearer();
-    least = std::min(least, both * whole(each.predict(kAim * in_window()).cost));
+    least = std::min(least, both * predicted_cost(each));
   }
   return least;
 }
@@ -458,7 +459,7 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   const double finest = kMostTimesFiner * kMostTimesFiner * tried;
   double exponent = chosen.exponent();
   double previous = 0, previous_error = 0;
-  double expected = whole(chosen.predict(kAim * in_window()).cost);
+  double expected = predicted_cost(chosen);
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
@@ -496,8 +497,8 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
       largest = std::max(largest, against.largest);
       horizon = std::min(horizon, kept_until(against, most));
     }
-    if (horizon > best_ && (run.finished || !beginning.from_scene)) {
-      best_ = horizon;
+    const double best = result_.method ? result_.horizon : -1;
+    if (horizon > best && (run.finished || !beginning.from_scene)) {
       result_.method = method;
       result_.from_scene = beginning.from_scene;
       result_.chaotic = false;
@@ -565,7 +566,7 @@ GoalChoice Chooser::choose() {
   MethodTrials* const checked = choose_checked();
   MethodTrials* const chosen =
       checked || told_ ? checked : longest_kept(problem_, trials_, in_window());
-  const double cost = checked ? whole(checked->predict(kAim * in_window()).cost) : HUGE_VAL;
+  const double cost = checked ? predicted_cost(*checked) : HUGE_VAL;
   if (!told_) tell_candidates();
   if (!told_ && (checked ? is_far_dearer_than_own(cost) : goal_.asked && !(chosen && goal_.dt > 0)))
     run_whole(own(), {own_fineness(own()), kMostMendings, kPart * cost, true});

@@ -376,8 +376,7 @@ Reference Search::find() {
                    "choose a longer --time, or another quantity"});
     // Half of the points tell a jump between two of them, as in impacts, about as well as all.
     const double sampled = std::abs(figure_of(result_.points, 2) - result_.figure);
-    for (double& error : result_.error)
-      if (sampled > error) error = sampled;
+    for (double& error : result_.error) error = std::max(error, sampled);
     ask_neighbours();
   }
   for (double& error : result_.error) error = std::max(error, kUnitRoundoff * size_);

@@ -96,6 +96,10 @@ int repeats_after(double seconds, int wanted) {
   return std::min(wanted, seconds > 0.5 ? 0 : seconds > 0.02 ? 3 : wanted);
 }
 
+bool has_dense_output(const IntegratorInfo& info, bool contact) {
+  return info.adaptive && !(info.implicit && contact);
+}
+
 std::optional<Point> measure(const Problem& problem, const Candidate& method, std::int64_t steps,
                              double tolerance, const Yardstick& yardstick,
                              const std::function<bool()>& go_on) {
@@ -108,9 +112,7 @@ std::optional<Point> measure(const Problem& problem, const Candidate& method, st
   };
   Point point;
   TrajectoryPlan plan{yardstick.time, reference.seen_of(steps), steps, tolerance, yardstick.energy};
-  // Without dense output each sampled state ends a step, as those of implicit methods do in
-  // contact.
-  const bool dense = method.info.adaptive && !(method.info.implicit && reference.contact);
+  const bool dense = has_dense_output(method.info, reference.contact);
   if (by_tolerance && dense) plan.steps = plan.intervals = reference.adaptive_intervals();
   const int stride = reference.intervals() / plan.intervals;
   Course course;

@@ -79,6 +79,10 @@ class Patience {
 // The number of repetitions that time a run of so many seconds: many short ones, few long ones.
 int repeats_after(double seconds, int wanted);
 
+// True if states that are shown end no step: those of methods with steps of their own; but implicit
+// ones end a step at each where there is contact.
+bool has_dense_output(const IntegratorInfo& info, bool contact);
+
 // Measures `steps` steps in all (a multiple of kIntervals), or adaptive steps with a tolerance.
 // Sampled at each step that is a point of the reference, or with a tolerance at all of these. Empty
 // if told to end.
