@@ -27,7 +27,10 @@ namespace sim {
 // A spring whose omega the step does not resolve rings from step to step as (-1)^n, which kicks of
 // other forces may feed. Its force then has a part chi (l1 - l0) more in its stretch, which takes
 // k chi (l1 - l0)^2 from the energy of the ringing (Armero & Romero (2001), Comput. Methods Appl.
-// Mech. Eng. 190, 2603-2649). chi is 0 for h omega < 10, where the order counts.
+// Mech. Eng. 190, 2603-2649). chi is 0 for h omega < 10, where the order counts, and 2 / (h omega)
+// at most, which is critical: the ringing falls by 4 / (h omega) of itself in a step. With more the
+// stretch dies at once and leaves the velocity along the spring, which changes its sign in each
+// step and loses 4 / ((h omega)^2 chi) of itself.
 class DiscreteGradientSolver {
  public:
   // `system` has springs alone, and no contacts. stopped(): polled, ends a step with kStopped.

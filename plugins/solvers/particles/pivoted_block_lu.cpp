@@ -19,8 +19,9 @@ bool PivotedBlock::factorise(const Mat3& block) {
     std::swap(row_[k], row_[most]);
     const double pivot = factors_(row_[k], k);
     if (!(std::fabs(pivot) > 0) || !std::isfinite(pivot)) return false;
+    const double inverse = factors_(row_[k], k) = 1 / pivot;
     for (std::size_t i = k + 1; i < 3; ++i) {
-      const double share = factors_(row_[i], k) /= pivot;
+      const double share = factors_(row_[i], k) *= inverse;
       for (std::size_t j = k + 1; j < 3; ++j) factors_(row_[i], j) -= share * factors_(row_[k], j);
     }
   }
@@ -35,7 +36,7 @@ Vec3 PivotedBlock::divide(const Vec3& b) const {
   }
   for (std::size_t i = 3; i-- > 0;) {
     for (std::size_t j = i + 1; j < 3; ++j) x[i] -= factors_(row_[i], j) * x[j];
-    x[i] /= factors_(row_[i], i);
+    x[i] *= factors_(row_[i], i);
   }
   return x;
 }

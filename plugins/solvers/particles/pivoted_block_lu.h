@@ -19,7 +19,7 @@ class PivotedBlock {
   Vec3 divide(const Vec3& b) const;
 
  private:
-  Mat3 factors_;
+  Mat3 factors_;  // with the inverses of the pivots
   std::array<std::size_t, 3> row_{0, 1, 2};
 };
 
