@@ -132,8 +132,8 @@ std::vector<std::string> lua_names(Session& session, const std::string& path) {
     if (const std::string prefix = "sim." + std::string(kind.name) + "."; path.starts_with(prefix))
       for (const std::string& name : session.registry().names(kind)) names.push_back(prefix + name);
   if (path.starts_with("sim.") && path.find('.', 4) == std::string::npos) {
-    for (const char* name : {"arg", "box", "capsule", "cells", "contact", "grid", "mesh",
-                             "particles", "rigid", "scene", "sphere", "surface", "world"})
+    for (const char* name : {"arg", "box", "capsule", "cells", "compound", "contact", "grid",
+                             "mesh", "particles", "rigid", "scene", "sphere", "surface", "world"})
       names.push_back(std::string("sim.") + name);
     for (const PluginKind& kind : kPluginKinds)
       if (kind.in_scenes) names.push_back("sim." + std::string(kind.name));

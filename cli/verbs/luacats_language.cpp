@@ -88,6 +88,11 @@ function State:component(i) end
 ---@field radius number m
 ---@field length number m, of the cylinder
 
+---@class (exact) sim.CompoundPart
+---@field [1] sim.Shape
+---@field at? sim.Vector m
+---@field rotation? sim.Vector rad, about this axis by its length
+
 ---@class (exact) sim.MeshOptions
 ---@field points sim.Vector[] m
 ---@field triangles integer[][] numbers of points from 0
@@ -168,6 +173,7 @@ constexpr LanguageFunction kFunctions[] = {
     {"sim", "box", "options", "---@param options sim.BoxOptions\n---@return sim.Shape\n"},
     {"sim", "sphere", "options", "---@param options sim.SphereOptions\n---@return sim.Shape\n"},
     {"sim", "capsule", "options", "---@param options sim.CapsuleOptions\n---@return sim.Shape\n"},
+    {"sim", "compound", "parts", "---@param parts sim.CompoundPart[]\n---@return sim.Shape\n"},
     {"sim", "mesh", "options", "---@param options sim.MeshOptions\n---@return sim.Shape\n"},
     {"sim", "rigid", "options", "---@param options sim.RigidOptions\n---@return sim.Rigid\n"},
     {"sim", "surface", "options", "---@param options sim.SurfaceOptions\n---@return sim.Surface\n"},

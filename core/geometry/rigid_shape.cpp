@@ -1,9 +1,13 @@
 #include "core/geometry/rigid_shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "core/base/error.h"
+#include "core/geometry/rigid_motion.h"
+#include "core/math/elementary.h"
+#include "core/math/sine.h"
 
 namespace sim {
 namespace {
@@ -63,11 +67,170 @@ MassProperties bulk_of_mesh(const RigidShape& mesh) {
   return bulk;
 }
 
+// Each part turned and moved about the common center (Steiner).
+MassProperties bulk_of_parts(const RigidShape& compound) {
+  MassProperties whole;
+  Vec3 moment;
+  each_part(compound, [&](const RigidShape& part, const Vec3& at, const Mat3& axes) {
+    const MassProperties own = mass_properties(part);
+    whole.volume += own.volume;
+    moment += own.volume * (at + axes * own.center);
+  });
+  whole.center = moment / whole.volume;
+  each_part(compound, [&](const RigidShape& part, const Vec3& at, const Mat3& axes) {
+    const MassProperties own = mass_properties(part);
+    const Vec3 off = at + axes * own.center - whole.center;
+    whole.covariance += axes * own.covariance * transposed(axes) + own.volume * outer(off, off);
+  });
+  return whole;
+}
+
+// Inside test by the solid angles of the triangles (Van Oosterom & Strackee (1983), IEEE Trans.
+// Biomed. Eng. 30, 125-126): their sum is 4 pi from inside, and 0 from outside.
+bool is_inside(const RigidShape& mesh, const Vec3& p) {
+  double half_angles = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 a = mesh.points[static_cast<std::size_t>(t[0])] - p;
+    const Vec3 b = mesh.points[static_cast<std::size_t>(t[1])] - p;
+    const Vec3 c = mesh.points[static_cast<std::size_t>(t[2])] - p;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    half_angles += elementary::atan2(a.dot(b.cross(c)),
+                                     la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return half_angles > kPi;
+}
+
+// The triangles of a part, in its own frame: those of a box, or rings around the axis of what is
+// round, from pole to pole in steps of 22.5 degrees.
+void add_surface(const RigidShape& part, std::vector<Vec3>& points,
+                 std::vector<std::array<int, 3>>& triangles) {
+  if (part.form == RigidShape::Form::kMesh) {
+    points = part.points, triangles = part.triangles;
+    return;
+  }
+  const auto quad = [&](int a, int b, int c, int d) {
+    triangles.push_back({a, b, c});
+    triangles.push_back({a, c, d});
+  };
+  if (part.form == RigidShape::Form::kBox) {
+    const Vec3& h = part.half;
+    for (int k = 0; k < 8; ++k)
+      points.push_back({k & 1 ? h[0] : -h[0], k & 2 ? h[1] : -h[1], k & 4 ? h[2] : -h[2]});
+    quad(0, 2, 3, 1), quad(4, 5, 7, 6), quad(0, 1, 5, 4), quad(2, 6, 7, 3), quad(0, 4, 6, 2),
+        quad(1, 3, 7, 5);
+    return;
+  }
+  constexpr int kAround = 16, kRise = 4;  // to a right angle
+  const auto turn = [](int steps) { return sine_cosine(steps / double{kAround}); };
+  for (int ring = -kRise; ring <= kRise + 1; ++ring) {
+    // The equator comes twice, at both ends of the axis.
+    const auto [rise, out] = turn(ring > 0 ? ring - 1 : ring);
+    const double end = (ring > 0 ? 0.5 : -0.5) * part.length;
+    for (int i = 0; i < kAround; ++i) {
+      const auto [s, c] = turn(i);
+      points.push_back(part.radius * Vec3(std::max(out, 0.0) * c, rise, std::max(out, 0.0) * s) +
+                       Vec3(0, end, 0));
+    }
+  }
+  for (int ring = 0; ring <= 2 * kRise; ++ring)
+    for (int i = 0; i < kAround; ++i) {
+      const int a = ring * kAround + i, b = ring * kAround + (i + 1) % kAround;
+      quad(a, a + kAround, b + kAround, b);
+    }
+}
+
 }  // namespace
 
 const char* RigidShape::name() const {
-  constexpr const char* kNames[] = {"sphere", "box", "capsule", "mesh"};
+  constexpr const char* kNames[] = {"sphere", "box", "capsule", "mesh", "compound"};
   return kNames[static_cast<int>(form)];
+}
+
+Mat3 turned_by(const Vec3& turn) {
+  constexpr double kTurnsPerRadian = 0.15915494309189533577;
+  Pose pose;
+  if (const double angle = turn.norm(); angle > 0) {
+    const auto [sine, cosine] = sine_cosine(angle * kTurnsPerRadian);
+    pose.axis = turn / angle;
+    pose.sine = sine;
+    pose.cosine = cosine;
+  }
+  return transposed({pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1})});
+}
+
+// Triangles that lie within another part are not seen.
+RigidShape make_compound(std::vector<RigidShape> parts) {
+  RigidShape whole{.form = RigidShape::Form::kCompound};
+  whole.parts = std::move(parts);
+  const auto is_hidden = [&](const RigidShape& of, const Vec3& x) {
+    return std::ranges::any_of(whole.parts, [&](const RigidShape& part) {
+      return &part != &of && is_within(part, transposed(turned_by(part.rotation)) * (x - part.at));
+    });
+  };
+  for (const RigidShape& part : whole.parts) {
+    std::vector<Vec3> points;
+    std::vector<std::array<int, 3>> triangles;
+    add_surface(part, points, triangles);
+    const Mat3 axes = turned_by(part.rotation);
+    std::vector<int> place(points.size(), -1);
+    std::vector<bool> hidden;
+    for (Vec3& point : points) {
+      point = part.at + axes * point;
+      hidden.push_back(is_hidden(part, point));
+    }
+    for (std::array<int, 3> t : triangles) {
+      if (std::ranges::all_of(t, [&](int i) { return hidden[static_cast<std::size_t>(i)]; }))
+        continue;
+      for (int& i : t) {
+        int& known = place[static_cast<std::size_t>(i)];
+        if (known < 0) {
+          known = static_cast<int>(whole.points.size());
+          whole.points.push_back(points[static_cast<std::size_t>(i)]);
+        }
+        i = known;
+      }
+      whole.triangles.push_back(t);
+    }
+  }
+  return whole;
+}
+
+bool is_within(const RigidShape& shape, const Vec3& x) {
+  if (shape.form == RigidShape::Form::kCompound)
+    return std::ranges::any_of(shape.parts, [&](const RigidShape& part) {
+      return is_within(part, transposed(turned_by(part.rotation)) * (x - part.at));
+    });
+  if (shape.form == RigidShape::Form::kMesh) {
+    Vec3 low = x, high = x;
+    for (const Vec3& point : shape.points) low = low.cwiseMin(point), high = high.cwiseMax(point);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (low[axis] == x[axis] || high[axis] == x[axis]) return false;
+    return is_inside(shape, x);
+  }
+  if (!shape.is_round()) return (x.cwiseAbs() - shape.half).maxCoeff() < 0;
+  const double along = std::clamp(x.y(), -0.5 * shape.length, 0.5 * shape.length);
+  return (x - Vec3(0, along, 0)).norm() < shape.radius;
+}
+
+double radius_about(const RigidShape& shape, const Vec3& center) {
+  double radius = 0;
+  switch (shape.form) {
+    case RigidShape::Form::kSphere:
+      return shape.radius + center.norm();
+    case RigidShape::Form::kBox:
+      return shape.half.norm() + center.norm();
+    case RigidShape::Form::kCapsule:
+      return shape.radius + 0.5 * shape.length + center.norm();
+    case RigidShape::Form::kMesh:
+      for (const Vec3& point : shape.points) radius = std::max(radius, (point - center).norm());
+      return radius;
+    case RigidShape::Form::kCompound:
+      break;
+  }
+  each_part(shape, [&](const RigidShape& part, const Vec3& at, const Mat3& axes) {
+    radius = std::max(radius, radius_about(part, transposed(axes) * (center - at)));
+  });
+  return radius;
 }
 
 MassProperties mass_properties(const RigidShape& shape) {
@@ -89,6 +252,8 @@ MassProperties mass_properties(const RigidShape& shape) {
       const double along = tube * l * l / 12 + ball * (r * r / 5 + 3 * r * l / 8 + l * l / 4);
       return {tube + ball, {}, Mat3::Diagonal({across, along, across})};
     }
+    case RigidShape::Form::kCompound:
+      return bulk_of_parts(shape);
     case RigidShape::Form::kMesh:
       break;
   }

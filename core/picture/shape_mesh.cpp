@@ -159,7 +159,9 @@ std::vector<std::array<int, 2>> sharp_edges(const RigidShape& mesh) {
       open.erase(other);
     }
   }
-  for (const auto& [edge, normal] : open) sharp.push_back(edge);
+  // Where parts of a compound enter another they are open.
+  if (mesh.form != RigidShape::Form::kCompound)
+    for (const auto& [edge, normal] : open) sharp.push_back(edge);
   return sharp;
 }
 

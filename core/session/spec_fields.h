@@ -52,7 +52,8 @@ struct FieldsOf<ParticlesSpec> {
 template <>
 struct FieldsOf<RigidShape> {
   static constexpr StructField list[] = {{"form"},   {"half"},   {"radius"},
-                                         {"length"}, {"points"}, {"triangles"}};
+                                         {"length"}, {"points"}, {"triangles"},
+                                         {"parts"},  {"at"},     {"rotation"}};
 };
 
 template <>

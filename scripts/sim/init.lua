@@ -388,6 +388,41 @@ local function make_mesh(options)
   end)
 end
 
+-- shape = sim.compound { { SHAPE, at = {0, 0, 0}, rotation = {0, 0, 0} }, ... }
+-- Shapes that keep their places to each other, for sim.rigid. Each is convex or round; together they
+-- need not be. Where they overlap the mass of each counts.
+--   SHAPE      sim.box, sim.sphere, sim.capsule or sim.mesh; 1 to 100 of them
+--   at         m, where the origin of the shape is; default {0, 0, 0}
+--   rotation   rad, about this axis by its length; default {0, 0, 0}
+local function make_compound(options)
+  if type(options) ~= "table" or #options == 0 or #options > 100 then
+    bad("list of sim.compound", "1 to 100 parts", options,
+      "write sim.compound { { sim.box { half = {1, 1, 1} }, at = {0, 1, 0} } }")
+  end
+  local known = {}
+  for i = 1, #options do known[i] = true end
+  return new_shape("compound", options, known, function(o)
+    local parts = {}
+    for i, part in ipairs(o) do
+      local name = "part " .. i .. " of sim.compound"
+      if type(part) ~= "table" or records[part] then
+        bad(name, "{ SHAPE, at = ... }", part, "write { sim.sphere { radius = 1 }, at = {0, 1, 0} }")
+      end
+      check_keys(part, { true, at = true, rotation = true }, name)
+      local shape = records[part[1]]
+      if not shape or shape.kind ~= "shape" or shape.form == "compound" then
+        bad("shape of " .. name, "a sim.box, sim.sphere, sim.capsule or sim.mesh", part[1])
+      end
+      local record = { shape = part[1] }
+      for _, key in ipairs { "at", "rotation" } do
+        record[key] = { vector(part[key] == nil and { 0, 0, 0 } or part[key], key .. " of " .. name) }
+      end
+      parts[i] = record
+    end
+    return { parts = parts }
+  end)
+end
+
 local Rigid = {}
 local point_class = class("point", {})
 
@@ -408,7 +443,7 @@ local rigid_class = class("rigid", Rigid)
 --   friction =, restitution =, law =, touches = }
 -- A rigid body, for the scene's key `bodies`. It is four particles that keep their places to each
 -- other, with its mass and moments: forces on particles act on it, ties pull at body:at{...}.
---   shape         sim.box, sim.sphere, sim.capsule or sim.mesh
+--   shape         sim.box, sim.sphere, sim.capsule, sim.mesh or sim.compound
 --   mass          kg, > 0; or
 --   density       kg/m^3, > 0
 --   position      m, where the origin of the shape is; default {0, 0, 0}
@@ -436,7 +471,7 @@ local function make_rigid(options)
   end
   local shape = records[options.shape]
   if not shape or shape.kind ~= "shape" then
-    bad("shape of sim.rigid", "a sim.box, sim.sphere, sim.capsule or sim.mesh", options.shape,
+    bad("shape of sim.rigid", "a sim.box, sim.sphere, sim.capsule, sim.mesh or sim.compound", options.shape,
       "write shape = sim.box { half = {1, 1, 1} }")
   end
   if (options.mass == nil) == (options.density == nil) then
@@ -891,6 +926,7 @@ local entries = {
   arg = arg, plugin = open_plugin, particles = make_particles, grid = make_grid,
   surface = make_surface, cells = make_cells,
   rigid = make_rigid, box = make_box, sphere = make_sphere, capsule = make_capsule,
+  compound = make_compound,
   mesh = make_mesh,
   scene = "made where it is written", world = "made where it is written",
 }

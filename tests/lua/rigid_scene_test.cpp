@@ -34,7 +34,10 @@ TEST_CASE("rigid bodies of every shape can be said in a scene", "[lua][rigid]") 
       {"sim.capsule { radius = 0.5, length = 2 }", pi / 6 + pi / 2},
       {"sim.mesh { points = { {0,0,0}, {1,0,0}, {0,1,0}, {0,0,1} }, triangles = { {0,2,1}, "
        "{0,1,3}, {0,3,2}, {1,2,3} } }",
-       1.0 / 6}};
+       1.0 / 6},
+      {"sim.compound { { sim.sphere { radius = 0.5 }, at = {0, 0, 2} }, { sim.box { half = {1, 2, "
+       "3} }, rotation = {1, 2, 3} } }",
+       pi / 6 + 48}};
   for (const auto& each : cases) {
     const SceneSpec spec = load_text(
         with("sim.rigid { shape = " + each.shape +
@@ -116,6 +119,17 @@ TEST_CASE("mistakes with rigid bodies are named with their line", "[lua][rigid]"
                          "{0,1,0}, {0,0,1} }, triangles = { {0,1,2}, {0,3,1}, {0,2,3}, {1,3,2} } "
                          "} }")),
                "volume"));
+  const auto compound = [&](const std::string& parts) {
+    return said(with("sim.rigid { mass = 1, shape = sim.compound " + parts + " }"));
+  };
+  CHECK(contains(compound("{}"), "1 to 100 parts"));
+  CHECK(contains(compound("{ sim.sphere { radius = 1 } }"), "bad part 1 of sim.compound"));
+  CHECK(contains(compound("{ { 3 } }"), "bad shape of part 1 of sim.compound"));
+  CHECK(contains(compound("{ { sim.compound { { sim.sphere { radius = 1 } } } } }"),
+                 "bad shape of part 1 of sim.compound"));
+  CHECK(contains(compound("{ { sim.sphere { radius = 1 }, at = {1, 2} } }"), "bad at of part 1"));
+  CHECK(contains(compound("{ { sim.sphere { radius = 1 }, add = {1, 2, 3} } }"), "'add'"));
+  CHECK(contains(compound("{ sim = 1, { sim.sphere { radius = 1 } } }"), "'sim'"));
   CHECK(contains(said("return sim.scene { bodies = {}, forces = {}, integrator = 'rk4', dt = 1, "
                       "duration = 1 }\n"),
                  "list is empty"));

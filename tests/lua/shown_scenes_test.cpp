@@ -278,6 +278,44 @@ TEST_CASE("ragdoll.lua keeps limbs together and does not bend knees forward", "[
   CHECK(run.system.body_state(1).center.y() < 0.5);
 }
 
+// Whether rings run through each other is told by where the center line of one crosses the disc of
+// the other: once.
+TEST_CASE("chain_mail.lua keeps every ring in those that it runs through", "[scenes][shown]") {
+  constexpr int kSides = 60;
+  const auto linked = [](const Simulation& system, int i, int j) {
+    const RigidState disc = system.body_state(i), ring = system.body_state(j);
+    const Vec3 normal = disc.axes.column(2);
+    const auto at = [&](int k) {
+      const double angle = 2 * std::numbers::pi * k / kSides;
+      return ring.center - disc.center +
+             0.05 * (std::cos(angle) * ring.axes.column(0) + std::sin(angle) * ring.axes.column(1));
+    };
+    int crossings = 0;
+    for (int k = 0; k < kSides; ++k) {
+      const Vec3 a = at(k), b = at(k + 1);
+      const double above = a.dot(normal), below = b.dot(normal);
+      if ((above > 0) != (below > 0))
+        crossings += (a + above / (above - below) * (b - a)).norm() < 0.05;
+    }
+    return crossings % 2 == 1;
+  };
+  const auto links = [&](const Simulation& system) {
+    std::vector<bool> list;
+    for (int i = 0; i < system.bodies(); ++i)
+      for (int j = i + 1; j < system.bodies(); ++j) list.push_back(linked(system, i, j));
+    return list;
+  };
+  // Each of the 4 n rows of n has 2 n - 1 links to the next; the longer step jams rings.
+  for (const auto& [n, dt, time] : {std::tuple{2, 0.005, 1.0}, {3, 0.012, 0.8}}) {
+    SceneRun run("chain_mail", {{"n", std::to_string(n)}}, "", dt);
+    const std::vector<bool> start = links(run.system);
+    CHECK(std::ranges::count(start, true) == (4 * n - 1) * (2 * n - 1));
+    run.run_to(time);
+    CHECK(links(run.system) == start);
+    CHECK(run.system.body_state(0).center.y() < 0);
+  }
+}
+
 // Milankovitch (1907), Theorie der Druckkurven, Z. Math. Phys. 55: a semicircular arch of loose
 // stones needs a thickness of 0.1075 of its mean radius, if nothing slides.
 TEST_CASE("arch.lua stands where its thickness allows a line of thrust", "[scenes][shown]") {

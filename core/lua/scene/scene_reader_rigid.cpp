@@ -6,7 +6,7 @@
 namespace sim {
 namespace {
 
-RigidShape read_shape(lua_State* L, int index) {
+RigidShape read_shape(lua_State* L, int index, SceneSession& session) {
   const LuaTable record(L, index);
   push_field(L, index, "form");
   const std::string form = lua_tostring(L, -1);
@@ -27,6 +27,20 @@ RigidShape read_shape(lua_State* L, int index) {
       shape.triangles.push_back({static_cast<int>(triangles.integer(i)),
                                  static_cast<int>(triangles.integer(i + 1)),
                                  static_cast<int>(triangles.integer(i + 2))});
+  } else if (form == "compound") {
+    std::vector<RigidShape> parts;
+    const LuaTable list = record.table("parts");
+    for (lua_Integer i = 1; i <= list.length(); ++i) {
+      const StackScope scope(L);
+      lua_rawgeti(L, list.index(), i);
+      const LuaTable part(L, lua_gettop(L));
+      push_field(L, part.index(), "shape");
+      session.push_record(L, lua_gettop(L));
+      RigidShape& added = parts.emplace_back(read_shape(L, lua_gettop(L), session));
+      added.at = part.vector("at");
+      added.rotation = part.vector("rotation");
+    }
+    return make_compound(std::move(parts));
   }
   return shape;
 }
@@ -37,6 +51,7 @@ RigidShape read_shape(lua_State* L, int index) {
 std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
                                                      SystemSpec& spec) const {
   std::map<const void*, int> known;
+  std::map<const void*, std::shared_ptr<const RigidShape>> shapes;  // bodies share them
   const int top = lua_gettop(L);
   if (push_field(L, scene, "bodies") != LUA_TNIL) {
     const int list = lua_gettop(L);
@@ -57,13 +72,15 @@ std::map<const void*, int> SceneReader::rigid_bodies(lua_State* L, int scene,
       RigidSpec& body = spec.bodies.emplace_back();
       body.place = place_of(L, index);
       push_field(L, index, "shape");
+      std::shared_ptr<const RigidShape>& shape = shapes[lua_topointer(L, -1)];
       session_->push_record(L, lua_gettop(L));
-      auto shape = std::make_shared<const RigidShape>(read_shape(L, lua_gettop(L)));
+      if (!shape)
+        shape = std::make_shared<const RigidShape>(read_shape(L, lua_gettop(L), *session_));
       body.mass = record.number("mass");
       if (!(body.mass > 0))
         body.mass = record.number("density") *
                     of_scene(body.place, [&] { return mass_properties(*shape).volume; });
-      body.shape = std::move(shape);
+      body.shape = shape;
       body.position = record.vector("position");
       body.rotation = record.vector("rotation");
       body.velocity = record.vector("velocity");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "core/base/md5.h"
@@ -378,6 +379,7 @@ std::string Page::solids_json(std::size_t m) const {
   const char* const forms[] = {"", "plane", "sphere", "box", "capsule", "mesh"};
   using Form = RenderShape::Form;
   std::vector<std::string> list;
+  std::map<const RigidShape*, std::size_t> meshes;  // the first solid with each
   const auto& first = moments_.head(0, m).solids;
   for (std::size_t s = 0; s < first.size(); ++s) {
     const Form form = first[s].form;
@@ -404,7 +406,10 @@ std::string Page::solids_json(std::size_t m) const {
     if (form != Form::kSphere) solid.json("axes", json_array(turns));
     if (first[s].body) solid.json("body", "1");
     if (room) solid.json("room", "1");
-    if (form == Form::kMesh) {
+    const auto known = meshes.try_emplace(first[s].mesh.get(), list.size());
+    if (form == Form::kMesh && !known.second) {
+      solid.json("like", std::to_string(known.first->second));
+    } else if (form == Form::kMesh) {
       const RigidShape& mesh = *first[s].mesh;
       const auto coordinates = [&mesh](const auto& parts) {
         std::vector<double> flat;

@@ -3,21 +3,8 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/geometry/rigid_motion.h"
-#include "core/math/sine.h"
 
 namespace sim {
-Mat3 turned_by(const Vec3& turn) {
-  constexpr double kTurnsPerRadian = 0.15915494309189533577;
-  Pose pose;
-  if (const double angle = turn.norm(); angle > 0) {
-    const auto [sine, cosine] = sine_cosine(angle * kTurnsPerRadian);
-    pose.axis = turn / angle;
-    pose.sine = sine;
-    pose.cosine = cosine;
-  }
-  return transposed({pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1})});
-}
 
 // Quaternion from the largest of its four components, which avoids cancellation (Shepperd (1978),
 // J. Guidance Control 1, 223).
@@ -61,15 +48,7 @@ RigidBody::RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int f
                    "make it at least a millionth of its length thick"});
 }
 
-double RigidBody::radius() const {
-  using Form = RigidShape::Form;
-  if (shape_->form == Form::kSphere) return shape_->radius;
-  if (shape_->form == Form::kBox) return shape_->half.norm();
-  if (shape_->form == Form::kCapsule) return shape_->radius + 0.5 * shape_->length;
-  double radius = 0;
-  for (const Vec3& point : shape_->points) radius = std::max(radius, (point - center_).norm());
-  return radius;
-}
+double RigidBody::radius() const { return radius_about(*shape_, center_); }
 
 Vec3 RigidBody::moments() const {
   const Vec3& a = extent_;
@@ -155,6 +134,7 @@ RenderShape RigidBody::drawn(const RigidState& state) const {
                     state.axes.column(0)};
       break;
     case RigidShape::Form::kMesh:
+    case RigidShape::Form::kCompound:
       solid.form = RenderShape::Form::kMesh;
       solid.mesh = shape_;
       for (const Vec3& point : shape_->points) solid.radius = std::max(solid.radius, point.norm());

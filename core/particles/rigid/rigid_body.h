@@ -80,7 +80,4 @@ struct JointNode {
   std::array<double, 4> weights{};
 };
 
-// The axes rotated by |turn| rad about `turn`.
-Mat3 turned_by(const Vec3& turn);
-
 }  // namespace sim

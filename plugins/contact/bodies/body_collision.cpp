@@ -10,7 +10,9 @@ namespace {
 
 using Form = RigidShape::Form;
 
-constexpr double kSunk = 1e-6;  // of a radius: no overlap yet
+constexpr double kSunk = 1e-6;      // of a radius: no overlap yet
+constexpr int kFeatures = 1 << 17;  // of a pair of parts
+constexpr double kSame = 1e-6;      // of a radius: points of two parts so near are one
 
 double deepest(const std::vector<ManifoldPoint>& points) {
   double depth = 0;
@@ -22,6 +24,22 @@ double deepest(const std::vector<ManifoldPoint>& points) {
   throw Error(ErrorKind::kScene, {"contact of rigid bodies", "", why, remedy});
 }
 
+// Parts that share a corner or an end touch at the same point, of which one is kept.
+void drop_repeated(std::vector<ManifoldPoint>& points, std::size_t begin, double radius) {
+  const double near = kSame * kSame * radius * radius;
+  std::size_t end = begin;
+  for (std::size_t k = begin; k < points.size(); ++k) {
+    const bool known = std::any_of(
+        points.begin() + static_cast<std::ptrdiff_t>(begin),
+        points.begin() + static_cast<std::ptrdiff_t>(end), [&](const ManifoldPoint& other) {
+          return (points[k].x - other.x).squaredNorm() <= near &&
+                 (points[k].normal - other.normal).squaredNorm() <= kSame * kSame;
+        });
+    if (!known) points[end++] = points[k];
+  }
+  points.resize(end);
+}
+
 std::string meters(double length) { return brief(length, 3) + " m"; }
 
 }  // namespace
@@ -31,23 +49,35 @@ BodyCollision::BodyCollision(BodyCollisionSpec spec, const Particles& particles,
     : spec_(std::move(spec)), particles_(&particles) {
   for (const RigidBody& body : spec_.bodies) {
     radii_.push_back(body.radius());
-    hulls_.push_back(hull_of(body.shape()));
+    std::vector<Part>& parts = parts_.emplace_back();
+    each_part(body.shape(), [&](const RigidShape& shape, const Vec3& at, const Mat3& axes) {
+      Part part{&shape, hull_of(shape), at, axes, {}, 0};
+      const Vec3 middle = part.hull ? part.hull->middle : Vec3();
+      part.middle = at + axes * middle;
+      part.radius = radius_about(shape, middle);
+      parts.push_back(std::move(part));
+    });
   }
   for (const Collider* const collider : particles.contacts().all())
     if (auto shape = ColliderShape::of(*collider)) shapes_.emplace_back(collider, *shape);
   check_start(initial);
 }
 
-double BodyCollision::thinness(int i) const {
-  const RigidShape& shape = body(i).shape();
+double BodyCollision::thinness(const Part& part) const {
+  const RigidShape& shape = *part.shape;
   if (shape.form == Form::kBox)
     return std::min(shape.half[0], std::min(shape.half[1], shape.half[2]));
   if (shape.is_round()) return shape.radius;
-  const std::optional<Hull>& hull = hulls_[static_cast<std::size_t>(i)];
-  if (!hull) return 2 * radius(i);
-  double least = radius(i);
-  for (const Hull::Face& face : hull->faces)
-    least = std::min(least, face.level - face.normal.dot(hull->middle));
+  if (!part.hull) return 2 * part.radius;
+  double least = part.radius;
+  for (const Hull::Face& face : part.hull->faces)
+    least = std::min(least, face.level - face.normal.dot(part.hull->middle));
+  return least;
+}
+
+double BodyCollision::thinness(int i) const {
+  double least = HUGE_VAL;
+  for (const Part& part : parts(i)) least = std::min(least, thinness(part));
   return least;
 }
 
@@ -59,10 +89,23 @@ bool BodyCollision::are_joined(int i, int j) const {
   return spec_.joined.contains(std::minmax(i, j));
 }
 
-Placed BodyCollision::placed(int i, const RigidState& state) const {
-  const std::optional<Hull>& hull = hulls_[static_cast<std::size_t>(i)];
-  const RigidBody& of = body(i);
-  return {&of.shape(), hull ? &*hull : nullptr, of.place(state, {}), state.axes};
+Placed BodyCollision::placed(int i, const Part& part, const RigidState& state) const {
+  const bool whole = parts(i).size() == 1;
+  return {part.shape, part.hull ? &*part.hull : nullptr, body(i).place(state, part.at),
+          whole ? state.axes : state.axes * part.axes};
+}
+
+template <class Take>
+void BodyCollision::each_near(int i, const RigidState& state, const Vec3& center, double radius,
+                              const Take& take) const {
+  const std::span<const Part> all = parts(i);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const double reach = radius + all[k].radius;
+    if (all.size() > 1 &&
+        (body(i).place(state, all[k].middle) - center).squaredNorm() > reach * reach)
+      continue;
+    take(all[k], static_cast<int>(k));
+  }
 }
 
 const ColliderShape* BodyCollision::shape_of(const Collider& collider) const {
@@ -74,14 +117,29 @@ const ColliderShape* BodyCollision::shape_of(const Collider& collider) const {
 void BodyCollision::find_contacts(int first, const RigidState& a, int second, const RigidState& b,
                                   double margin, std::vector<ManifoldPoint>& out) const {
   if (second >= bodies()) return touch_point(first, a, b.center, margin, out);
-  collide(placed(first, a), placed(second, b), margin, out);
+  const std::size_t begin = out.size(), others = parts(second).size();
+  each_near(first, a, b.center, radius(second) + margin, [&](const Part& own, int i) {
+    const Placed at = placed(first, own, a);
+    each_near(second, b, body(first).place(a, own.middle), own.radius + margin,
+              [&](const Part& other, int j) {
+                const std::size_t from = out.size();
+                collide(at, placed(second, other, b), margin, out);
+                for (std::size_t k = from; k < out.size(); ++k)
+                  out[k].feature += kFeatures * (i * static_cast<int>(others) + j);
+              });
+  });
+  if (parts(first).size() > 1 || others > 1) drop_repeated(out, begin, radius(first));
 }
 
 void BodyCollision::touch_point(int body, const RigidState& state, const Vec3& point, double margin,
                                 std::vector<ManifoldPoint>& out) const {
-  const NearestGap gap = gap_from(placed(body, state), point);
-  if (gap.gap <= margin)
-    out.push_back({point - 0.5 * gap.gap * gap.normal, -gap.normal, gap.gap, 0});
+  const std::size_t begin = out.size();
+  each_near(body, state, point, margin, [&](const Part& part, int k) {
+    const NearestGap gap = gap_from(placed(body, part, state), point);
+    if (gap.gap <= margin)
+      out.push_back({point - 0.5 * gap.gap * gap.normal, -gap.normal, gap.gap, kFeatures * k});
+  });
+  if (parts(body).size() > 1) drop_repeated(out, begin, radius(body));
 }
 
 void BodyCollision::find_contacts(int first, const RigidState& a, std::size_t collider, double t,
@@ -93,32 +151,44 @@ void BodyCollision::find_contacts(int first, const RigidState& a, std::size_t co
       out.push_back({a.center - 0.5 * sample.gap * sample.normal, sample.normal, sample.gap, 0});
     return;
   }
-  const Placed own = placed(first, a);
   const ColliderShape* const shape = shape_of(solid);
-  if (!shape || own.shape->form == Form::kSphere) return collide(own, solid, t, margin, out);
-  // The collider's surface is offset outward from the shape by `thick`.
-  const double thick = shape->thickness();
-  const std::size_t begin = out.size();
-  collide(own, shape->at(solid, t), margin + thick, out);
-  for (std::size_t k = begin; k < out.size(); ++k) {
-    out[k].gap -= thick;
-    out[k].x += 0.5 * thick * out[k].normal;
+  const std::size_t begin = out.size(), count = parts(first).size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Part& part = parts(first)[i];
+    if (count > 1 && solid.query(t, body(first).place(a, part.middle)).gap > part.radius + margin)
+      continue;
+    const Placed own = placed(first, part, a);
+    const std::size_t from = out.size();
+    if (!shape || own.shape->form == Form::kSphere) {
+      collide(own, solid, t, margin, out);
+    } else {
+      // The collider's surface is offset outward from the shape by `thick`.
+      const double thick = shape->thickness();
+      collide(own, shape->at(solid, t), margin + thick, out);
+      for (std::size_t k = from; k < out.size(); ++k) {
+        out[k].gap -= thick;
+        out[k].x += 0.5 * thick * out[k].normal;
+      }
+    }
+    for (std::size_t k = from; k < out.size(); ++k)
+      out[k].feature += kFeatures * static_cast<int>(i);
   }
+  if (count > 1) drop_repeated(out, begin, radius(first));
 }
 
 void BodyCollision::check_collider(int i, const RigidState& a, std::size_t collider) const {
-  const RigidShape& shape = body(i).shape();
-  const std::string name = "body " + std::to_string(i) + " (" + shape.name() + ")";
+  const std::string name = "body " + std::to_string(i) + " (" + body(i).shape().name() + ")";
   const Collider& solid = *particles_->contacts().all()[collider];
   const RenderShape drawn = solid.shape(0);
   const bool flat = drawn.form == RenderShape::Form::kPlane ||
                     drawn.form == RenderShape::Form::kNone || drawn.inside;
-  if (!flat && !shape.is_round()) {
+  for (const Part& part : parts(i)) {
+    if (flat || part.shape->is_round()) continue;
     if (!shape_of(solid))
       refuse_contact(
           name + " and a collider that is not what it is drawn as do not know how to touch",
           "use a plane, sphere, box or capsule, or a body in the shape of a sphere");
-    if (!can_collide(placed(i, a)))
+    if (!can_collide(placed(i, part, a)))
       refuse_contact(name + " is not convex: it touches planes and rooms only",
                      "give it a convex shape, or say touches = false");
   }
@@ -133,10 +203,14 @@ void BodyCollision::check_pair(int i, int j, const RigidState& a, const RigidSta
     if (k >= bodies()) return "particle " + std::to_string(k - bodies());
     return "body " + std::to_string(k) + " (" + body(k).shape().name() + ")";
   };
-  for (const int k : {i, j})
-    if (k < bodies() && !can_collide(placed(k, k == i ? a : b)))
+  for (const int k : {i, j}) {
+    if (k >= bodies()) continue;
+    const bool convex = std::ranges::all_of(
+        parts(k), [&](const Part& part) { return can_collide(placed(k, part, k == i ? a : b)); });
+    if (!convex)
       refuse_contact(name(k) + " is not convex: it touches planes and rooms only",
                      "give it a convex shape, or say touches = false");
+  }
   double reach = radius(i), least = radius(i);
   if (j < bodies()) reach += radius(j), least = std::min(least, radius(j));
   if ((a.center - b.center).norm() > reach) return;

@@ -43,7 +43,23 @@ class BodyCollision final : public BodyGeometry {
                    std::vector<ManifoldPoint>& out) const override;
 
  private:
-  Placed placed(int i, const RigidState& state) const;
+  // A body has one part, or those of a compound.
+  struct Part {
+    const RigidShape* shape;
+    std::optional<Hull> hull;
+    Vec3 at;  // of its frame in that of the body, m
+    Mat3 axes;
+    Vec3 middle;  // m, of the same frame, and the radius of a ball about it that holds the part
+    double radius = 0;
+  };
+
+  std::span<const Part> parts(int i) const { return parts_[static_cast<std::size_t>(i)]; }
+  Placed placed(int i, const Part& part, const RigidState& state) const;
+  double thinness(const Part& part) const;
+  // Calls take(part, number) of those that may touch a ball.
+  template <class Take>
+  void each_near(int i, const RigidState& state, const Vec3& center, double radius,
+                 const Take& take) const;
   const ColliderShape* shape_of(const Collider& collider) const;  // null where it has none
   void check_start(const double* initial) const;
   void check_pair(int i, int j, const RigidState& a, const RigidState& b) const;
@@ -52,7 +68,7 @@ class BodyCollision final : public BodyGeometry {
   BodyCollisionSpec spec_;
   const Particles* particles_;
   std::vector<double> radii_;
-  std::vector<std::optional<Hull>> hulls_;
+  std::vector<std::vector<Part>> parts_;
   std::vector<std::pair<const Collider*, ColliderShape>> shapes_;  // as bodies with faces see them
 };
 

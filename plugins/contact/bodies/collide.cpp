@@ -43,7 +43,8 @@ NearestGap gap_from_box(const Placed& b, const Vec3& x) {
   return {gap, normal};
 }
 
-// The part of a segment center + s half that is above the face with normal n of a box or hull.
+// The part of a segment center + s half that is above the face with normal n of a box or hull, or
+// beside a capsule.
 struct AxisPart {
   double from = 1, to = -1;  // empty
 
@@ -60,7 +61,16 @@ AxisPart above_face(const Placed& b, const Vec3& normal, const Vec3& center, con
   const Vec3 n = transposed(b.axes) * normal, x = transposed(b.axes) * (center - b.center),
              d = transposed(b.axes) * half;
   AxisPart part;
-  if (b.shape->form == Form::kBox) {
+  if (b.shape->form == Form::kCapsule) {
+    // Two capsules side by side.
+    const double most = 0.5 * b.shape->length, length = d.norm();
+    if (std::fabs(n[1]) > std::sqrt(1 - kNearlyParallel) ||
+        std::fabs(d[1]) < kNearlyParallel * length)
+      return part;
+    part = {-1, 1};
+    part.cut(x[1], d[1], most);
+    part.cut(-x[1], -d[1], most);
+  } else if (b.shape->form == Form::kBox) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!(std::fabs(n[k]) > kFace)) continue;
       part = {-1, 1};
@@ -88,9 +98,10 @@ AxisPart above_face(const Placed& b, const Vec3& normal, const Vec3& center, con
 
 // Contact of a sphere or capsule a with a shape whose gap is convex along a line: at both ends of
 // the axis; and at the nearest point in between, or at both ends of the part above a face.
-template <class GapAt, class FaceAt>
-void touch_round(const Placed& a, double margin, const GapAt& gap_at, const FaceAt& above,
-                 std::vector<ManifoldPoint>& out) {
+// nearest_at(half): where on the axis, from -1 to 1.
+template <class GapAt, class NearestAt, class FaceAt>
+void touch_round(const Placed& a, double margin, const GapAt& gap_at, const NearestAt& nearest_at,
+                 const FaceAt& above, std::vector<ManifoldPoint>& out) {
   const double radius = a.shape->radius;
   const auto add = [&](const Vec3& x, const NearestGap& gap, int feature) {
     const double free = gap.gap - radius;
@@ -100,15 +111,11 @@ void touch_round(const Placed& a, double margin, const GapAt& gap_at, const Face
   if (a.shape->form == Form::kSphere) return add(a.center, gap_at(a.center), 0);
   const Vec3 half = half_axis(a);
   const NearestGap low = gap_at(a.center - half), high = gap_at(a.center + half);
+  // The gap changes by no more than the way along the axis.
+  if (0.5 * (low.gap + high.gap) - half.norm() - radius > margin) return;
   add(a.center - half, low, 0);
   add(a.center + half, high, 1);
-  // The minimum of the gap, by bisection: its derivative n.half increases along the axis.
-  double from = -1, to = 1;
-  for (int turn = 0; turn < 60 && to - from > 1e-16; ++turn) {
-    const double s = 0.5 * (from + to);
-    (gap_at(a.center + s * half).normal.dot(half) > 0 ? to : from) = s;
-  }
-  const double between = 0.5 * (from + to);
+  const double between = nearest_at(half);
   const NearestGap nearest = gap_at(a.center + between * half);
   constexpr double kEnd = 1 - 1e-3;  // nearly an end is an end
   const AxisPart part = above(nearest.normal, a.center, half);
@@ -124,10 +131,38 @@ void touch_round(const Placed& a, double margin, const GapAt& gap_at, const Face
   }
 }
 
+// The minimum of a gap along an axis, by bisection: its derivative n.half increases.
+template <class GapAt>
+double nearest_by_bisection(const Vec3& center, const Vec3& half, const GapAt& gap_at) {
+  double from = -1, to = 1;
+  for (int turn = 0; turn < 60 && to - from > 1e-16; ++turn) {
+    const double s = 0.5 * (from + to);
+    (gap_at(center + s * half).normal.dot(half) > 0 ? to : from) = s;
+  }
+  return 0.5 * (from + to);
+}
+
+// The same to another axis, in closed form (Ericson (2005), Real-Time Collision Detection, section
+// 5.1.9).
+double nearest_to_axis(const Vec3& center, const Vec3& half, const Placed& b) {
+  const auto clamped = [](double s) { return std::clamp(s, -1.0, 1.0); };
+  const Vec3 other = half_axis(b), d = center - b.center;
+  const double uu = half.squaredNorm(), vv = other.squaredNorm(), uv = half.dot(other),
+               ud = half.dot(d), vd = other.dot(d), crossed = uu * vv - uv * uv;
+  if (!(vv > 0)) return clamped(-ud / uu);
+  const double s = crossed > 0 ? clamped((uv * vd - ud * vv) / crossed) : 0.0;
+  return clamped((uv * clamped((uv * s + vd) / vv) - ud) / uu);
+}
+
 // The same for a placed shape.
 void touch_round(const Placed& a, const Placed& b, double margin, std::vector<ManifoldPoint>& out) {
+  const auto gap_at = [&](const Vec3& x) { return gap_from(b, x); };
   touch_round(
-      a, margin, [&](const Vec3& x) { return gap_from(b, x); },
+      a, margin, gap_at,
+      [&](const Vec3& half) {
+        return b.shape->is_round() ? nearest_to_axis(a.center, half, b)
+                                   : nearest_by_bisection(a.center, half, gap_at);
+      },
       [&](const Vec3& n, const Vec3& center, const Vec3& half) {
         return above_face(b, n, center, half);
       },
@@ -162,7 +197,9 @@ void collide(const Placed& a, const Collider& b, double t, double margin,
   };
   if (a.shape->is_round())
     return touch_round(
-        a, margin, gap_at, [](const Vec3&, const Vec3&, const Vec3&) { return AxisPart(); }, out);
+        a, margin, gap_at,
+        [&](const Vec3& half) { return nearest_by_bisection(a.center, half, gap_at); },
+        [](const Vec3&, const Vec3&, const Vec3&) { return AxisPart(); }, out);
   const auto corner = [&](const Vec3& local, int feature) {
     const Vec3 x = a.center + a.axes * local;
     const NearestGap gap = gap_at(x);

@@ -14,12 +14,29 @@ double margin_of(double path_length, double radius) {
   return 2 * path_length + RigidContact::kMargin * radius;
 }
 
-// The state at a fraction `left` of the step before its end.
+// The state at a fraction `left` of the step h before its end.
 template <class Reach>
-RigidState on_the_way(const Reach& reach, double left) {
+RigidState on_the_way(const Reach& reach, double left, double h) {
   RigidState state = reach.after;
-  if (left > 0) state.center -= left * (reach.after.center - reach.before.center);
+  if (!(left > 0)) return state;
+  state.center -= left * (reach.after.center - reach.before.center);
+  const Vec3 turn = 0.5 * left * h * (reach.before.angular_velocity + reach.after.angular_velocity);
+  if (turn != Vec3()) state.axes = turned_by(-turn) * state.axes;
   return state;
+}
+
+// The path length, m, of points of one body as seen from the other.
+template <class Reach>
+double relative_path(const Reach& one, const Reach& other, double h) {
+  const auto speed = [](const RigidState& a, const RigidState& b) {
+    return (a.velocity - b.velocity).norm();
+  };
+  const auto turning = [](const Reach& reach) {
+    return reach.radius *
+           std::max(reach.before.angular_velocity.norm(), reach.after.angular_velocity.norm());
+  };
+  return h * (std::max(speed(one.before, other.before), speed(one.after, other.after)) +
+              turning(one) + turning(other));
 }
 
 }  // namespace
@@ -234,10 +251,10 @@ void RigidContact::move_arms(std::size_t begin) {
 template <class Collide>
 void RigidContact::add_manifold(int first, int second, int collider, double margin,
                                 const Step& step, const Collide& collide) {
-  double path_length = reach_[static_cast<std::size_t>(first)].path_length,
-         thin = body_collision_.thinness(first);
+  const Reach& own = reach_[static_cast<std::size_t>(first)];
+  double path_length = own.path_length, thin = body_collision_.thinness(first);
   if (second >= 0) {
-    path_length += reach_[static_cast<std::size_t>(second)].path_length;
+    path_length = relative_path(own, reach_[static_cast<std::size_t>(second)], step.h);
     if (second < body_collision_.bodies()) thin = std::min(thin, body_collision_.thinness(second));
   }
   const int trials = static_cast<int>(std::clamp(2 * path_length / thin, 1.0, double{kMostLooks}));
@@ -308,8 +325,9 @@ void RigidContact::find_particles(int body, const Step& step) {
     add_manifold(body, second, -1, margin_of(own.path_length + path_length, own.radius), step,
                  [&](double left, double margin) {
                    body_collision_.find_contacts(
-                       body, on_the_way(reach_[static_cast<std::size_t>(body)], left), second,
-                       on_the_way(reach_[static_cast<std::size_t>(second)], left), margin, points_);
+                       body, on_the_way(reach_[static_cast<std::size_t>(body)], left, step.h),
+                       second, on_the_way(reach_[static_cast<std::size_t>(second)], left, step.h),
+                       margin, points_);
                  });
   }
 }
@@ -334,7 +352,7 @@ void RigidContact::find(const Step& step) {
             margin_to(reach_of(i)) + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
         if (solid.query(end, reach_of(i).after.center).gap > reach_of(i).radius + margin) continue;
         add_manifold(i, -1, static_cast<int>(c), margin, step, [&](double left, double margin_now) {
-          body_collision_.find_contacts(i, on_the_way(reach_of(i), left), c, end - left * h,
+          body_collision_.find_contacts(i, on_the_way(reach_of(i), left, h), c, end - left * h,
                                         margin_now, points_);
         });
       }
@@ -343,8 +361,9 @@ void RigidContact::find(const Step& step) {
       if (reach_of(i).fixed && reach_of(j).fixed) continue;
       add_manifold(i, j, -1, margin_to(reach_of(i)) + margin_to(reach_of(j)) + 2 * passed_on_, step,
                    [&](double left, double margin) {
-                     body_collision_.find_contacts(i, on_the_way(reach_of(i), left), j,
-                                                   on_the_way(reach_of(j), left), margin, points_);
+                     body_collision_.find_contacts(i, on_the_way(reach_of(i), left, h), j,
+                                                   on_the_way(reach_of(j), left, h), margin,
+                                                   points_);
                    });
     }
     find_particles(i, step);

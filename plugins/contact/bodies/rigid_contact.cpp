@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -15,6 +16,7 @@ constexpr double kAhead = 4;     // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
 constexpr double kAmiss = 1e-5;  // of a radius: the error of a gap from which moves are found anew
 constexpr double kFit = 0.01;    // of that: the accuracy of these moves
+constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of bodies by impulses
 constexpr double kLoose = 1e-3;  // the tolerance with which closing contacts are found
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
@@ -101,17 +103,38 @@ void RigidContact::project_moves() {
   take_moves();
 }
 
+// Impulses that press bodies against each other, and cancel, may be of any size; their moves would
+// not cancel, as they act for different times. So a body that moves through others, and further
+// than it would at the speeds of the free motion and of the end, moves as its change of velocity
+// over half of the step does. True if any does.
+bool RigidContact::bound_moves(double h) {
+  bool any = false;
+  for (int i = 0; i < body_collision_.bodies(); ++i) {
+    SolverBody& body = solver_bodies_[static_cast<std::size_t>(i)];
+    const Reach& reach = reach_[static_cast<std::size_t>(i)];
+    const double moved = body.translation.norm() + reach.radius * body.rotation.norm(),
+                 speed = body.velocity.norm() + reach.radius * body.angular_velocity.norm();
+    if (!(moved > kFarthest * (reach.path_length + h * speed)) ||
+        moved < body_collision_.thinness(i))
+      continue;
+    body.translation = 0.5 * h * (body.velocity - reach.after.velocity);
+    body.rotation = 0.5 * h * (body.angular_velocity - reach.after.angular_velocity);
+    any = true;
+  }
+  return any;
+}
+
 // Impulses act for different times where impacts meet resting contacts: the velocities fit together
 // then, and the moves do not, so that some gaps open and others close. The moves along normals are
 // found anew: 0 <= move, 0 <= gap, one of them 0.
-void RigidContact::fit_moves() {
+void RigidContact::fit_moves(bool bounded) {
   const auto amiss = [&](const ContactPoint& m) {
     if (!m.active || bounces(m)) return false;
     const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
     const double off = m.normal_impulse > 0 ? std::fabs(gap) : -gap;
     return off > kAmiss * reach_[static_cast<std::size_t>(m.first)].scale;
   };
-  if (std::ranges::none_of(contacts_, amiss)) return;
+  if (!bounded && std::ranges::none_of(contacts_, amiss)) return;
   overlaps_.clear();
   double smallest = HUGE_VAL;
   for (const ContactPoint& m : contacts_) {
@@ -119,7 +142,7 @@ void RigidContact::fit_moves() {
     smallest = std::min(smallest, reach_[static_cast<std::size_t>(m.first)].scale);
     ContactPoint& move = overlaps_.emplace_back(m);
     move.offset = m.gap, move.ground = {}, move.friction = 0;
-    move.normal_impulse = m.duration * m.normal_impulse, move.friction_impulse = {};
+    move.normal_impulse = bounded ? 0 : m.duration * m.normal_impulse, move.friction_impulse = {};
   }
   copy_moves();
   solve_moves(overlaps_, std::min(kShare * kOverlap * tolerance_, kFit * kAmiss * smallest));
@@ -297,8 +320,9 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   const double unconverged = solve(h);
   if (particles_->pool().gives_up(0)) return true;
   counts_.unconverged = std::max(counts_.unconverged, unconverged);
+  const bool bounded = bound_moves(h);
   if (joints_) project_moves();
-  fit_moves();
+  fit_moves(bounded);
   separate(t + h);
   if (particles_->pool().gives_up(0)) return true;
   const auto energy = [&] {
@@ -346,7 +370,7 @@ std::vector<double> RigidContact::memory() const {
 void RigidContact::recall(std::span<const double> memory) {
   warm_start_.clear();
   const auto whole = [](double x) {  // whatever a file says
-    return std::fabs(x) < 1e9 ? static_cast<int>(x) : 0;
+    return std::fabs(x) < std::numeric_limits<int>::max() ? static_cast<int>(x) : 0;
   };
   for (std::size_t k = 0; k + kNumbers <= memory.size(); k += kNumbers)
     warm_start_.push_back({whole(memory[k]),

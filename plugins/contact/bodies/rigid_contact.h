@@ -46,7 +46,6 @@ class RigidContact {
   void forget() { warm_start_.clear(); }
 
   double take_work();  // J, that contact took since the last call
-
   struct Counts {
     int most = 0;            // points that touched at once
     double fastest = 0;      // m/s, of bodies in contact
@@ -96,7 +95,8 @@ class RigidContact {
   void copy_moves();
   void take_moves();
   void project_moves();
-  void fit_moves();
+  bool bound_moves(double h);
+  void fit_moves(bool bounded);
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
   bool stay_apart() const;
   void separate(double t);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "core/base/error.h"
@@ -102,21 +103,6 @@ Vec3 nearest_on(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   return best;
 }
 
-// Inside test by the solid angles of the triangles (Van Oosterom & Strackee (1983), IEEE Trans.
-// Biomed. Eng. 30, 125-126): their sum is 4 pi from inside, and 0 from outside.
-bool is_inside(const RigidShape& mesh, const Vec3& p) {
-  double half_angles = 0;
-  for (const auto& t : mesh.triangles) {
-    const Vec3 a = mesh.points[static_cast<std::size_t>(t[0])] - p;
-    const Vec3 b = mesh.points[static_cast<std::size_t>(t[1])] - p;
-    const Vec3 c = mesh.points[static_cast<std::size_t>(t[2])] - p;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    half_angles += elementary::atan2(a.dot(b.cross(c)),
-                                     la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return half_angles > std::numbers::pi;
-}
-
 // A set of points with a least distance: a point near an earlier one is refused.
 class Apart {
  public:
@@ -166,7 +152,7 @@ std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width)
           least = far, nearest = on, inwards = (c - a).cross(b - a);
       }
       least = std::sqrt(least);
-      const bool inside = is_inside(mesh, p);
+      const bool inside = is_within(mesh, p);
       if (inside && least >= kDeepEnough * depth) {
         if (below.add(p)) points.push_back(p);
         return;
@@ -189,22 +175,36 @@ std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width)
   return points;
 }
 
-}  // namespace
-
-bool is_within(const RigidShape& shape, const Vec3& x) {
-  if (shape.form == RigidShape::Form::kMesh) {
-    Vec3 low = x, high = x;
-    for (const Vec3& point : shape.points) low = low.cwiseMin(point), high = high.cwiseMax(point);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (low[axis] == x[axis] || high[axis] == x[axis]) return false;
-    return is_inside(shape, x);
-  }
-  if (!shape.is_round()) return (x.cwiseAbs() - shape.half).maxCoeff() < 0;
-  const double along = std::clamp(x.y(), -0.5 * shape.length, 0.5 * shape.length);
-  return (x - Vec3(0, along, 0)).norm() < shape.radius;
+// True if x is more than `depth` below the surface of a part; of a mesh, if it is within.
+bool is_below(RigidShape part, double depth, const Vec3& x) {
+  part.radius -= (1 + kOnSurface) * depth;
+  part.half -= Vec3::Constant((1 + kOnSurface) * depth);
+  return is_within(part, transposed(turned_by(part.rotation)) * (x - part.at));
 }
 
+// Points under each part that are not as deep in another one.
+std::vector<Vec3> under_parts(const RigidShape& compound, double depth, double width) {
+  Apart apart(kSame * width);
+  std::vector<Vec3> points;
+  each_part(compound, [&](const RigidShape& part, const Vec3& at, const Mat3& axes) {
+    for (const Vec3& local : sample_boundary(part, depth, width)) {
+      const Vec3 x = at + axes * local;
+      const bool covered = std::ranges::any_of(compound.parts, [&](const RigidShape& other) {
+        return &other != &part && is_below(other, depth, x);
+      });
+      if (!covered && apart.add(x)) points.push_back(x);
+    }
+  });
+  return points;
+}
+
+}  // namespace
+
 double surface_area(const RigidShape& shape) {
+  if (shape.form == RigidShape::Form::kCompound)
+    return std::accumulate(
+        shape.parts.begin(), shape.parts.end(), 0.0,
+        [](double sum, const RigidShape& part) { return sum + surface_area(part); });
   const double r = shape.radius;
   const Vec3& h = shape.half;
   if (shape.is_round())
@@ -220,6 +220,7 @@ double surface_area(const RigidShape& shape) {
 }
 
 std::vector<Vec3> sample_boundary(const RigidShape& shape, double depth, double width) {
+  if (shape.form == RigidShape::Form::kCompound) return under_parts(shape, depth, width);
   check_size(shape, width);
   switch (shape.form) {
     case RigidShape::Form::kBox:
@@ -229,10 +230,9 @@ std::vector<Vec3> sample_boundary(const RigidShape& shape, double depth, double 
     case RigidShape::Form::kCapsule:
       if (!(shape.radius > depth)) refuse_thin(shape, depth);
       return under_round(shape.radius - depth, shape.length, width);
-    case RigidShape::Form::kMesh:
-      break;
+    default:
+      return under_mesh(shape, depth, width);
   }
-  return under_mesh(shape, depth, width);
 }
 
 }  // namespace sim

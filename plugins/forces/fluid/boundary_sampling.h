@@ -11,8 +11,6 @@ namespace sim {
 // the shape. Throws Error{kScene} if the shape is not thicker than twice the depth.
 std::vector<Vec3> sample_boundary(const RigidShape& shape, double depth, double width);
 
-bool is_within(const RigidShape& shape, const Vec3& x);
-
-double surface_area(const RigidShape& shape);  // m^2
+double surface_area(const RigidShape& shape);  // m^2; of a compound the sum of its parts
 
 }  // namespace sim

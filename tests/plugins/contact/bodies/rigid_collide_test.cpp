@@ -282,6 +282,18 @@ TEST_CASE("what is pushed onto a collider stays outside of it", "[rigid]") {
   for (int i = 0; i < 9; ++i) CHECK(std::fabs(scene.system.position(i).y()) < 1e-9);
 }
 
+// It turns by 0.9 rad a step, and is on neither end of a step where the post is.
+TEST_CASE("a rod that turns fast hits a post that it is past at the end of the step", "[rigid]") {
+  TextRun scene(scene_of("local rod = sim.rigid { shape = sim.capsule { radius = 0.01, length = 1 "
+                         "}, mass = 1, angular_velocity = {0, 0, 90}, rotation = {0, 0, 0.5} }",
+                         "bodies = { rod }, colliders = { sim.collider.sphere { center = {0.4 * "
+                         "math.cos(0.95), 0.4 * math.sin(0.95), 0}, radius = 0.02 } }",
+                         false),
+                "verlet", 0.01);
+  scene.run_to(0.05);
+  CHECK(scene.system.body_state(0).angular_velocity.z() < 60);
+}
+
 TEST_CASE("what does not touch goes through", "[rigid]") {
   const auto far = [](const std::string& more) {
     TextRun scene(scene_of("local p = sim.particles { mass = 1 }\np:add({-1, 0, 0}, { velocity = "
