@@ -1,7 +1,7 @@
 -- Chain mail falls over a ball: each ring runs through four others, and nothing else holds it.
 -- Rings of a row lie side by side, and rows lean to alternate sides. A ring is a compound of capsules.
 local sim = require "sim"
-local n = sim.arg("n", 5, "rings of a row; there are 4 n rows")
+local n = sim.arg("n", 4, "rings of a row; there are 4 n rows")
 local sides = sim.arg("sides", 12, "capsules of a ring")
 local friction = sim.arg("friction", 0.3, "of rings, the ball and the floor")
 local tolerance = sim.arg("tolerance", 1e-4, "of contact, of the velocities at hand")
