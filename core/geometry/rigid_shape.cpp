@@ -162,21 +162,28 @@ Mat3 turned_by(const Vec3& turn) {
 RigidShape make_compound(std::vector<RigidShape> parts) {
   RigidShape whole{.form = RigidShape::Form::kCompound};
   whole.parts = std::move(parts);
-  const auto is_hidden = [&](const RigidShape& of, const Vec3& x) {
-    return std::ranges::any_of(whole.parts, [&](const RigidShape& part) {
-      return &part != &of && is_within(part, transposed(turned_by(part.rotation)) * (x - part.at));
-    });
+  std::vector<Mat3> axes;
+  for (const RigidShape& part : whole.parts) axes.push_back(turned_by(part.rotation));
+  // Meshes are left out: for each point they would be gone through whole.
+  const auto is_hidden = [&](std::size_t of, const Vec3& x) {
+    for (std::size_t k = 0; k < whole.parts.size(); ++k) {
+      const RigidShape& part = whole.parts[k];
+      if (k != of && part.form != RigidShape::Form::kMesh &&
+          is_within(part, transposed(axes[k]) * (x - part.at)))
+        return true;
+    }
+    return false;
   };
-  for (const RigidShape& part : whole.parts) {
+  for (std::size_t k = 0; k < whole.parts.size(); ++k) {
+    const RigidShape& part = whole.parts[k];
     std::vector<Vec3> points;
     std::vector<std::array<int, 3>> triangles;
     add_surface(part, points, triangles);
-    const Mat3 axes = turned_by(part.rotation);
     std::vector<int> place(points.size(), -1);
     std::vector<bool> hidden;
     for (Vec3& point : points) {
-      point = part.at + axes * point;
-      hidden.push_back(is_hidden(part, point));
+      point = part.at + axes[k] * point;
+      hidden.push_back(is_hidden(k, point));
     }
     for (std::array<int, 3> t : triangles) {
       if (std::ranges::all_of(t, [&](int i) { return hidden[static_cast<std::size_t>(i)]; }))
