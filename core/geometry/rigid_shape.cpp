@@ -70,18 +70,19 @@ MassProperties bulk_of_mesh(const RigidShape& mesh) {
 // Each part turned and moved about the common center (Steiner).
 MassProperties bulk_of_parts(const RigidShape& compound) {
   MassProperties whole;
+  std::vector<MassProperties> parts;  // in the frame of the compound
   Vec3 moment;
   each_part(compound, [&](const RigidShape& part, const Vec3& at, const Mat3& axes) {
     const MassProperties own = mass_properties(part);
+    parts.push_back({own.volume, at + axes * own.center, axes * own.covariance * transposed(axes)});
     whole.volume += own.volume;
-    moment += own.volume * (at + axes * own.center);
+    moment += own.volume * parts.back().center;
   });
   whole.center = moment / whole.volume;
-  each_part(compound, [&](const RigidShape& part, const Vec3& at, const Mat3& axes) {
-    const MassProperties own = mass_properties(part);
-    const Vec3 off = at + axes * own.center - whole.center;
-    whole.covariance += axes * own.covariance * transposed(axes) + own.volume * outer(off, off);
-  });
+  for (const MassProperties& part : parts) {
+    const Vec3 off = part.center - whole.center;
+    whole.covariance += part.covariance + part.volume * outer(off, off);
+  }
   return whole;
 }
 
@@ -100,26 +101,9 @@ bool is_inside(const RigidShape& mesh, const Vec3& p) {
   return half_angles > kPi;
 }
 
-// The triangles of a part, in its own frame: those of a box, or rings around the axis of what is
-// round, from pole to pole in steps of 22.5 degrees.
-void add_surface(const RigidShape& part, std::vector<Vec3>& points,
-                 std::vector<std::array<int, 3>>& triangles) {
-  if (part.form == RigidShape::Form::kMesh) {
-    points = part.points, triangles = part.triangles;
-    return;
-  }
-  const auto quad = [&](int a, int b, int c, int d) {
-    triangles.push_back({a, b, c});
-    triangles.push_back({a, c, d});
-  };
-  if (part.form == RigidShape::Form::kBox) {
-    const Vec3& h = part.half;
-    for (int k = 0; k < 8; ++k)
-      points.push_back({k & 1 ? h[0] : -h[0], k & 2 ? h[1] : -h[1], k & 4 ? h[2] : -h[2]});
-    quad(0, 2, 3, 1), quad(4, 5, 7, 6), quad(0, 1, 5, 4), quad(2, 6, 7, 3), quad(0, 4, 6, 2),
-        quad(1, 3, 7, 5);
-    return;
-  }
+// Rings around the axis, from pole to pole in steps of 22.5 degrees.
+RigidShape mesh_of_round(const RigidShape& part) {
+  RigidShape mesh{.form = RigidShape::Form::kMesh};
   constexpr int kAround = 16, kRise = 4;  // to a right angle
   const auto turn = [](int steps) { return sine_cosine(steps / double{kAround}); };
   for (int ring = -kRise; ring <= kRise + 1; ++ring) {
@@ -128,15 +112,23 @@ void add_surface(const RigidShape& part, std::vector<Vec3>& points,
     const double end = (ring > 0 ? 0.5 : -0.5) * part.length;
     for (int i = 0; i < kAround; ++i) {
       const auto [s, c] = turn(i);
-      points.push_back(part.radius * Vec3(std::max(out, 0.0) * c, rise, std::max(out, 0.0) * s) +
-                       Vec3(0, end, 0));
+      mesh.points.push_back(part.radius *
+                                Vec3(std::max(out, 0.0) * c, rise, std::max(out, 0.0) * s) +
+                            Vec3(0, end, 0));
     }
   }
   for (int ring = 0; ring <= 2 * kRise; ++ring)
     for (int i = 0; i < kAround; ++i) {
       const int a = ring * kAround + i, b = ring * kAround + (i + 1) % kAround;
-      quad(a, a + kAround, b + kAround, b);
+      mesh.triangles.push_back({a, a + kAround, b + kAround});
+      mesh.triangles.push_back({a, b + kAround, b});
     }
+  return mesh;
+}
+
+RigidShape mesh_of(const RigidShape& part) {
+  if (part.is_round()) return mesh_of_round(part);
+  return part.form == RigidShape::Form::kBox ? mesh_of_box(part.half) : part;
 }
 
 }  // namespace
@@ -158,6 +150,20 @@ Mat3 turned_by(const Vec3& turn) {
   return transposed({pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1})});
 }
 
+RigidShape mesh_of_box(const Vec3& half) {
+  RigidShape mesh{.form = RigidShape::Form::kMesh};
+  for (int k = 0; k < 8; ++k)
+    mesh.points.push_back(
+        {k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
+  constexpr std::array<int, 4> kSides[] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  for (const auto& s : kSides) {
+    mesh.triangles.push_back({s[0], s[1], s[2]});
+    mesh.triangles.push_back({s[0], s[2], s[3]});
+  }
+  return mesh;
+}
+
 // Triangles that lie within another part are not seen.
 RigidShape make_compound(std::vector<RigidShape> parts) {
   RigidShape whole{.form = RigidShape::Form::kCompound};
@@ -176,23 +182,21 @@ RigidShape make_compound(std::vector<RigidShape> parts) {
   };
   for (std::size_t k = 0; k < whole.parts.size(); ++k) {
     const RigidShape& part = whole.parts[k];
-    std::vector<Vec3> points;
-    std::vector<std::array<int, 3>> triangles;
-    add_surface(part, points, triangles);
-    std::vector<int> place(points.size(), -1);
+    RigidShape mesh = mesh_of(part);
+    std::vector<int> place(mesh.points.size(), -1);
     std::vector<bool> hidden;
-    for (Vec3& point : points) {
+    for (Vec3& point : mesh.points) {
       point = part.at + axes[k] * point;
       hidden.push_back(is_hidden(k, point));
     }
-    for (std::array<int, 3> t : triangles) {
+    for (std::array<int, 3> t : mesh.triangles) {
       if (std::ranges::all_of(t, [&](int i) { return hidden[static_cast<std::size_t>(i)]; }))
         continue;
       for (int& i : t) {
         int& known = place[static_cast<std::size_t>(i)];
         if (known < 0) {
           known = static_cast<int>(whole.points.size());
-          whole.points.push_back(points[static_cast<std::size_t>(i)]);
+          whole.points.push_back(mesh.points[static_cast<std::size_t>(i)]);
         }
         i = known;
       }
@@ -202,11 +206,14 @@ RigidShape make_compound(std::vector<RigidShape> parts) {
   return whole;
 }
 
+Vec3 in_part(const RigidShape& part, const Vec3& x) {
+  return transposed(turned_by(part.rotation)) * (x - part.at);
+}
+
 bool is_within(const RigidShape& shape, const Vec3& x) {
   if (shape.form == RigidShape::Form::kCompound)
-    return std::ranges::any_of(shape.parts, [&](const RigidShape& part) {
-      return is_within(part, transposed(turned_by(part.rotation)) * (x - part.at));
-    });
+    return std::ranges::any_of(
+        shape.parts, [&](const RigidShape& part) { return is_within(part, in_part(part, x)); });
   if (shape.form == RigidShape::Form::kMesh) {
     Vec3 low = x, high = x;
     for (const Vec3& point : shape.points) low = low.cwiseMin(point), high = high.cwiseMax(point);

@@ -32,6 +32,9 @@ struct RigidShape {
 // The axes rotated by |turn| rad about `turn`.
 Mat3 turned_by(const Vec3& turn);
 
+// The twelve triangles of a box, as a mesh.
+RigidShape mesh_of_box(const Vec3& half);
+
 // A shape of parts that keep their places to each other; none of them is a compound itself.
 RigidShape make_compound(std::vector<RigidShape> parts);
 
@@ -43,6 +46,8 @@ void each_part(const RigidShape& shape, const Take& take) {
   for (const RigidShape& part : shape.parts) take(part, part.at, turned_by(part.rotation));
 }
 
+// A point of a compound, m, in the frame of one of its parts.
+Vec3 in_part(const RigidShape& part, const Vec3& x);
 bool is_within(const RigidShape& shape, const Vec3& x);
 // The radius, m, of a ball about `center` that holds the shape, in the frame of the shape.
 double radius_about(const RigidShape& shape, const Vec3& center);

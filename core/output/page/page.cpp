@@ -406,10 +406,9 @@ std::string Page::solids_json(std::size_t m) const {
     if (form != Form::kSphere) solid.json("axes", json_array(turns));
     if (first[s].body) solid.json("body", "1");
     if (room) solid.json("room", "1");
-    const auto known = meshes.try_emplace(first[s].mesh.get(), list.size());
-    if (form == Form::kMesh && !known.second) {
-      solid.json("like", std::to_string(known.first->second));
-    } else if (form == Form::kMesh) {
+    const auto [known, is_new] = meshes.try_emplace(first[s].mesh.get(), list.size());
+    if (form == Form::kMesh && !is_new) solid.json("like", std::to_string(known->second));
+    if (form == Form::kMesh && is_new) {
       const RigidShape& mesh = *first[s].mesh;
       const auto coordinates = [&mesh](const auto& parts) {
         std::vector<double> flat;

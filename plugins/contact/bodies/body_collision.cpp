@@ -40,6 +40,17 @@ void drop_repeated(std::vector<ManifoldPoint>& points, std::size_t begin, double
   points.resize(end);
 }
 
+double thinness_of(const RigidShape& shape, const std::optional<Hull>& hull, double radius) {
+  if (shape.form == Form::kBox)
+    return std::min(shape.half[0], std::min(shape.half[1], shape.half[2]));
+  if (shape.is_round()) return shape.radius;
+  if (!hull) return 2 * radius;
+  double least = radius;
+  for (const Hull::Face& face : hull->faces)
+    least = std::min(least, face.level - face.normal.dot(hull->middle));
+  return least;
+}
+
 std::string meters(double length) { return brief(length, 3) + " m"; }
 
 }  // namespace
@@ -50,35 +61,19 @@ BodyCollision::BodyCollision(BodyCollisionSpec spec, const Particles& particles,
   for (const RigidBody& body : spec_.bodies) {
     radii_.push_back(body.radius());
     std::vector<Part>& parts = parts_.emplace_back();
+    double& thinness = thinnesses_.emplace_back(HUGE_VAL);
     each_part(body.shape(), [&](const RigidShape& shape, const Vec3& at, const Mat3& axes) {
       Part part{&shape, hull_of(shape), at, axes, {}, 0};
       const Vec3 middle = part.hull ? part.hull->middle : Vec3();
       part.middle = at + axes * middle;
       part.radius = radius_about(shape, middle);
+      thinness = std::min(thinness, thinness_of(shape, part.hull, part.radius));
       parts.push_back(std::move(part));
     });
   }
   for (const Collider* const collider : particles.contacts().all())
     if (auto shape = ColliderShape::of(*collider)) shapes_.emplace_back(collider, *shape);
   check_start(initial);
-}
-
-double BodyCollision::thinness(const Part& part) const {
-  const RigidShape& shape = *part.shape;
-  if (shape.form == Form::kBox)
-    return std::min(shape.half[0], std::min(shape.half[1], shape.half[2]));
-  if (shape.is_round()) return shape.radius;
-  if (!part.hull) return 2 * part.radius;
-  double least = part.radius;
-  for (const Hull::Face& face : part.hull->faces)
-    least = std::min(least, face.level - face.normal.dot(part.hull->middle));
-  return least;
-}
-
-double BodyCollision::thinness(int i) const {
-  double least = HUGE_VAL;
-  for (const Part& part : parts(i)) least = std::min(least, thinness(part));
-  return least;
 }
 
 bool BodyCollision::are_tied(int body, int particle) const {

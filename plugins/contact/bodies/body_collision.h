@@ -29,7 +29,7 @@ class BodyCollision final : public BodyGeometry {
   }
   double radius(int i) const override { return radii_[static_cast<std::size_t>(i)]; }
   // The least half thickness, m: smaller motions cannot tunnel.
-  double thinness(int i) const;
+  double thinness(int i) const { return thinnesses_[static_cast<std::size_t>(i)]; }
   bool are_tied(int body, int particle) const override;
   bool are_joined(int i, int j) const;  // two bodies
 
@@ -55,7 +55,6 @@ class BodyCollision final : public BodyGeometry {
 
   std::span<const Part> parts(int i) const { return parts_[static_cast<std::size_t>(i)]; }
   Placed placed(int i, const Part& part, const RigidState& state) const;
-  double thinness(const Part& part) const;
   // Calls take(part, number) of those that may touch a ball.
   template <class Take>
   void each_near(int i, const RigidState& state, const Vec3& center, double radius,
@@ -67,7 +66,7 @@ class BodyCollision final : public BodyGeometry {
 
   BodyCollisionSpec spec_;
   const Particles* particles_;
-  std::vector<double> radii_;
+  std::vector<double> radii_, thinnesses_;
   std::vector<std::vector<Part>> parts_;
   std::vector<std::pair<const Collider*, ColliderShape>> shapes_;  // as bodies with faces see them
 };

@@ -10,21 +10,6 @@ namespace {
 
 constexpr double kFlat = 1e-6;  // of the size: the deviation of one plane
 
-RigidShape mesh_of_box(const Vec3& half) {
-  RigidShape mesh;
-  mesh.form = RigidShape::Form::kMesh;
-  for (int k = 0; k < 8; ++k)
-    mesh.points.push_back(
-        {k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
-  constexpr std::array<int, 4> kSides[] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  for (const auto& s : kSides) {
-    mesh.triangles.push_back({s[0], s[1], s[2]});
-    mesh.triangles.push_back({s[0], s[2], s[3]});
-  }
-  return mesh;
-}
-
 // Builds the hull of a mesh, step by step.
 class HullBuilder {
  public:

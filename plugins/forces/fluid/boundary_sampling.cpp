@@ -179,7 +179,7 @@ std::vector<Vec3> under_mesh(const RigidShape& mesh, double depth, double width)
 bool is_below(RigidShape part, double depth, const Vec3& x) {
   part.radius -= (1 + kOnSurface) * depth;
   part.half -= Vec3::Constant((1 + kOnSurface) * depth);
-  return is_within(part, transposed(turned_by(part.rotation)) * (x - part.at));
+  return is_within(part, in_part(part, x));
 }
 
 // Points under each part that are not as deep in another one.
