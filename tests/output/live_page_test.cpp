@@ -154,3 +154,26 @@ TEST_CASE("a live page tells bodies from other solids", "[output]") {
   CHECK(heights[0] == heights[2]);  // the collider
   CHECK(heights[1] > heights[3]);   // the body falls
 }
+
+TEST_CASE("bodies that share a shape with triangles have them written once", "[output]") {
+  sim::Registry registry = sim_test::make_registry();
+  const sim::SystemSpec spec =
+      sim::test::load_text(
+          "local hook = sim.compound { { sim.box { half = {1, 0.1, 0.1} } }, { sim.box { half = "
+          "{0.1, 0.5, 0.1} }, at = {1, 0.5, 0} } }\nlocal function at(shape, y) return sim.rigid { "
+          "shape = shape, mass = 1, position = {0, y, 0} } end\nlocal other = sim.compound { { "
+          "sim.box { half = {1, 1, 1} } } }\nreturn sim.scene { bodies = { at(hook, 0), at(other, "
+          "4), at(hook, 8), at(hook, 12) }, forces = {}, integrator = 'verlet', dt = 0.01, "
+          "duration = 1 }")
+          .systems[0];
+  sim::Simulation system(spec, registry);
+  const std::vector<sim::Model> models{sim::make_model(spec, system)};
+  const sim::Moment moment{sim::take_frame(system)};
+  const sim::Page page(models, sim::Moments(&moment, 1), {});
+  std::string written;
+  const sim_test::Json solids = sim_test::read_json(page.solids(moment, 0));
+  for (const sim_test::Json& solid : solids.list)
+    written +=
+        solid.has("mesh") ? "mesh " : "like " + std::to_string(solid.at("like").number) + " ";
+  CHECK(written == "mesh mesh like 0.000000 like 0.000000 ");
+}
