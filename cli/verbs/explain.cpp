@@ -66,7 +66,8 @@ contact: none, contact: 5 particles, deepest 0 m, took 4.1 J
     How many touched, how far one was inside, and the energy that contact took;
     "colliders did" is what those that move gave.
 bodies touched nothing, bodies touched at up to 16 points, took 0.12 J
-    The same of rigid bodies, in one step.
+    The same of rigid bodies, in one step. What surfaces of sim.contact do to
+    bodies is told with those: "bodies touched nothing rigid" leaves it out.
 contact kept none apart, contact kept up to 32 pairs apart
     The same of surfaces that sim.contact keeps apart: pairs of their parts.
 37 springs broke, took 0.4 J, 37 springs and 2 rods broke, took 0.4 J

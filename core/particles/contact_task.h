@@ -22,8 +22,9 @@ struct BodyCollisionSpec {
   std::vector<ContactMaterial> surfaces = {};  // of each
   std::vector<bool> touches = {};              // whether each does
   int singles = 0;                             // the first particles, which are no bodies'
-  std::set<std::pair<int, int>> tied = {};     // a body and one of these: they do not touch
-  std::set<std::pair<int, int>> joined = {};   // nor do these bodies, the first has less
+  std::vector<bool> left_out = {};  // of these, what another correction keeps out; empty: none
+  std::set<std::pair<int, int>> tied = {};    // a body and one of these: they do not touch
+  std::set<std::pair<int, int>> joined = {};  // nor do these bodies, the first has less
 };
 
 // The parts that do not pass through each other: surfaces, as sim.contact lists them, or bodies.

@@ -62,7 +62,8 @@ class StepCorrection {
   // The rigid bodies that it keeps apart; null: none. Particles that another correction moves keep
   // out of them.
   virtual const BodyGeometry* bodies() const { return nullptr; }
-  virtual void keep_out_of(const BodyGeometry& /*bodies*/) {}  // which outlive it
+  // The bodies outlive it. Throws Error{kScene} if it cannot keep out of them from the start.
+  virtual void keep_out_of(const BodyGeometry& /*bodies*/, const double* /*initial*/) {}
   // True if it stands for forces: the scene has no meaning without it.
   virtual bool stands_for_forces() const { return false; }
 };

@@ -110,6 +110,12 @@ std::optional<BodyCollisionSpec> Simulation::Impl::body_collision(const SystemSp
     collision.surfaces.push_back(body.surface);
     collision.touches.push_back(body.touches);
   }
+  if (spec.contact && !spec.contact->surfaces.empty()) {
+    collision.left_out.resize(static_cast<std::size_t>(collision.singles));
+    for (const auto& surface : spec.contact->surfaces)
+      for (const int i : surface->ids())
+        if (i < collision.singles) collision.left_out[static_cast<std::size_t>(i)] = true;
+  }
   for (const PartSpec& force : spec.forces)
     find_tied(force, spec, initial.count(), false, collision);
   for (const PartSpec& part : spec.constraints)
@@ -146,7 +152,7 @@ void Simulation::Impl::compile_contact(const SystemSpec& spec, Registry& registr
   if (surfaces) corrections.push_back(std::move(surfaces));
   for (const auto& one : corrections)
     for (const auto& other : corrections)
-      if (one != other && one->bodies()) other->keep_out_of(*one->bodies());
+      if (one != other && one->bodies()) other->keep_out_of(*one->bodies(), x.data());
   for (const auto& correction : corrections)
     for (std::string& note : correction->notes()) particles->add_note(std::move(note));
   if (breaking.of_constraints() > 0 && !corrections.empty())

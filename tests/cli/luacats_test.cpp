@@ -95,7 +95,8 @@ std::vector<std::string> mistakes(const std::string& lua, const Types& types, in
     if (at >= tokens.size() || tokens[at] != "{") continue;
     const auto options = types.options.find(name);
     if (options == types.options.end()) {
-      if (name != "sim.world") found.push_back(name + ": no such function");
+      const bool takes_list = name == "sim.world" || name == "sim.compound";
+      if (!takes_list) found.push_back(name + ": no such function");
       continue;
     }
     ++calls;

@@ -187,6 +187,35 @@ std::string bodies(std::uint64_t seed) {
   return text.end(0.002, text.between(0.25, 0.6));
 }
 
+// Bodies of several shapes fall on a sheet that its corners hold.
+std::string caught(std::uint64_t seed) {
+  Text text(seed);
+  add_gravity(text);
+  const int n = text.random.integer(4, 7), bodies = text.random.integer(1, 3);
+  const double s = 1.0 / (n - 1), friction = text.between(0, 0.6);
+  const double dt =
+      add_sheet(text, n, text.random.decade(1.3, 2.6), triple(0, 0, s), triple(s, 0, 0));
+  text.line("p:pin(p:id(0, 0), p:id(0, ", n - 1, "), p:id(", n - 1, ", 0), p:id(", n - 1, ", ",
+            n - 1, "))");
+  text.line("all.contact = sim.contact { surfaces = { sim.surface { grid = p } }, thickness = ",
+            text.between(0.02, 0.15) * s, ", friction = ", friction, " }");
+  text.line("all.bodies = {}");
+  for (int i = 0; i < bodies; ++i) {
+    const char* const shapes[] = {
+        "sim.sphere { radius = 0.08 }", "sim.box { half = {0.09, 0.02, 0.05} }",
+        "sim.capsule { radius = 0.02, length = 0.2 }",
+        "sim.compound { { sim.box { half = {0.06, 0.02, 0.02} } }, { sim.sphere { radius = 0.03 }, "
+        "at = {0.06, 0, 0} } }"};
+    text.line("all.bodies[#all.bodies + 1] = sim.rigid { shape = ",
+              shapes[text.random.integer(0, 3)], ", mass = ", text.random.decade(-2, 0.3),
+              ", position = ", triple(text.between(-0.1, 0.1), 0.6 + 0.25 * i, 0),
+              ", velocity = ", triple(text.random.vector(2)),
+              ", rotation = ", triple(text.random.vector(1)), ", friction = ", friction, " }");
+  }
+  if (text.random.chance(0.5)) add_ground(text, 0.3, friction);
+  return text.end(dt, text.between(0.2, 0.4));
+}
+
 std::string solids(std::uint64_t seed) {
   Text text(seed);
   add_gravity(text);
@@ -324,19 +353,12 @@ std::string imex(std::uint64_t seed) {
   return text.end(std::min(dt, 0.3 / std::sqrt(2 * stiff)), text.between(0.5, 2));
 }
 
-constexpr HuntKind kKinds[] = {{"colliders", colliders},
-                               {"friction", friction},
-                               {"self_contact", self_contact},
-                               {"constraints", constraints},
-                               {"bodies", bodies},
-                               {"solids", solids},
-                               {"fluids", fluids},
-                               {"wind", wind},
-                               {"formulas", formulas},
-                               {"lua", lua},
-                               {"lattices", lattices},
-                               {"ensembles", ensembles},
-                               {"imex", imex}};
+constexpr HuntKind kKinds[] = {
+    {"colliders", colliders},     {"friction", friction}, {"self_contact", self_contact},
+    {"constraints", constraints}, {"bodies", bodies},     {"caught", caught},
+    {"solids", solids},           {"fluids", fluids},     {"wind", wind},
+    {"formulas", formulas},       {"lua", lua},           {"lattices", lattices},
+    {"ensembles", ensembles},     {"imex", imex}};
 
 }  // namespace
 

@@ -28,16 +28,17 @@ class Volume {
   long double value_;
 };
 
+}  // namespace
+
 // Segment-triangle intersection: the ends lie on both sides of the plane, and the line passes all
 // edges of the triangle on the same side.
-bool meet(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+bool segment_meets_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b,
+                            const Vec3& c) {
   const int above = Volume(a, b, c, p).sign();
   if (above == 0 || above + Volume(a, b, c, q).sign() != 0) return false;
   const int side = Volume(p, q, a, b).sign();
   return side != 0 && Volume(p, q, b, c).sign() == side && Volume(p, q, c, a).sign() == side;
 }
-
-}  // namespace
 
 MeshIntersections::MeshIntersections(
     std::span<const std::shared_ptr<const TriangleMesh>> surfaces) {
@@ -122,7 +123,8 @@ void MeshIntersections::each(const ParticleView& view, const Found& found) {
           continue;
         const auto& [a, b, c] = triangles_[k];
         if (i == a || i == b || i == c || j == a || j == b || j == c) continue;
-        if (meet(p, q, view.position(a), view.position(b), view.position(c)) && !found(e, k))
+        if (segment_meets_triangle(p, q, view.position(a), view.position(b), view.position(c)) &&
+            !found(e, k))
           return;
       }
     }

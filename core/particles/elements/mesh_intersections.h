@@ -13,6 +13,11 @@
 
 namespace sim {
 
+// True if the inside of a segment crosses that of a triangle; contact to within rounding does not
+// count.
+bool segment_meets_triangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b,
+                            const Vec3& c);
+
 class MeshIntersections {
  public:
   // All surfaces together, on the same particles.

@@ -31,6 +31,10 @@ class BodyCollision final : public BodyGeometry {
   // The least half thickness, m: smaller motions cannot tunnel.
   double thinness(int i) const { return thinnesses_[static_cast<std::size_t>(i)]; }
   bool are_tied(int body, int particle) const override;
+  bool leaves_some_out() const { return !spec_.left_out.empty(); }
+  bool leaves_out(int particle) const {
+    return leaves_some_out() && spec_.left_out[static_cast<std::size_t>(particle)];
+  }
   bool are_joined(int i, int j) const;  // two bodies
 
   // Appends the contact points with a gap of at most `margin` of two bodies, or of a body and a

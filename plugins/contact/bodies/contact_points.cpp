@@ -319,7 +319,9 @@ void RigidContact::find_particles(int body, const Step& step) {
   const ParticleView to = particles_->view(step.t + step.h, step.x_next);
   for (int p = 0; p < body_collision_.singles(); ++p) {
     if ((to.position(p) - center).squaredNorm() > most * most) continue;
-    if (body_collision_.are_tied(body, p) || (own.fixed && !to.free(p))) continue;
+    if (body_collision_.leaves_out(p) || body_collision_.are_tied(body, p) ||
+        (own.fixed && !to.free(p)))
+      continue;
     const int second = enter(p, body, step);
     const double path_length = reach_[static_cast<std::size_t>(second)].path_length;
     add_manifold(body, second, -1, margin_of(own.path_length + path_length, own.radius), step,

@@ -6,7 +6,8 @@ namespace sim {
 
 StepCorrection::Account RigidCorrection::account() const {
   const RigidContact::Counts& counts = contact_.counts();
-  Account account{.words = "bodies touched nothing",
+  const bool surfaces = contact_.body_collision().leaves_some_out();
+  Account account{.words = surfaces ? "bodies touched nothing rigid" : "bodies touched nothing",
                   .acted = counts.most > 0,
                   .figures = {{"points", counts.most}, {"unsettled", counts.unconverged}}};
   if (!account.acted) return account;

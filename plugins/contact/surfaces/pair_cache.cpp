@@ -58,7 +58,8 @@ bool PairCache::loose(std::span<const Vec3> displacement) const {
 }
 
 // The test is in the frame of the mean, in which displacements are straight, too.
-bool PairCache::holds(std::span<const Vec3> from, std::span<const Vec3> displacement) {
+bool PairCache::holds(const SurfacePoints& points) {
+  const auto& [from, displacement, dirty] = points;
   if (fat_boxes_.empty()) return false;
   const Vec3 shift = mean(from) - mean_then_, drift = mean(displacement);
   bool held = true;
@@ -72,8 +73,8 @@ bool PairCache::holds(std::span<const Vec3> from, std::span<const Vec3> displace
   return held;
 }
 
-void PairCache::make(std::span<const Vec3> from, std::span<const Vec3> displacement,
-                     ThreadPool& pool) {
+void PairCache::make(const SurfacePoints& points, ThreadPool& pool) {
+  const auto& [from, displacement, dirty] = points;
   fat_boxes_.resize(from.size());
   boxes_.resize(from.size());
   moved_.resize(from.size());
@@ -86,7 +87,7 @@ void PairCache::make(std::span<const Vec3> from, std::span<const Vec3> displacem
     fat_boxes_[slot(i)] = {from[slot(i)] + 0.5 * along, half};
     middles_[slot(i)] = fat_boxes_[slot(i)].middle;
     moved_[slot(i)] = 0.5 * move * (1 + 1e-9);
-    const double reach = (half + 0.5 * kRowReach * thickness_) * (1 + 1e-9) +
+    const double reach = (half + 0.5 * kRowReach * thickness_ + parts_.radius(i)) * (1 + 1e-9) +
                          1e-13 * fat_boxes_[slot(i)].middle.cwiseAbs().maxCoeff();
     const Vec3 sides = Vec3::Constant(reach);
     boxes_[slot(i)] = {fat_boxes_[slot(i)].middle - sides, fat_boxes_[slot(i)].middle + sides};
@@ -95,28 +96,24 @@ void PairCache::make(std::span<const Vec3> from, std::span<const Vec3> displacem
   gaps_then_.resize(pairs_.size());
   pool.run_parts(static_cast<int>(pairs_.size()), 64, [&](int begin, int end) {
     for (int i = begin; i < end; ++i)
-      gaps_then_[slot(i)] =
-          separation_of(pairs_[slot(i)].kind, points(middles_, pairs_[slot(i)])).gap;
+      gaps_then_[slot(i)] = separation(pairs_[slot(i)], four(middles_, pairs_[slot(i)])).gap;
   });
 }
 
-void PairCache::begin(std::span<const Vec3> from, std::span<const Vec3> displacement,
-                      ThreadPool& pool) {
-  if (!holds(from, displacement) || loose(displacement)) make(from, displacement, pool);
+void PairCache::begin(const SurfacePoints& points, ThreadPool& pool) {
+  if (!holds(points) || loose(points.displacement)) make(points, pool);
   gaps_.assign(pairs_.size(), kUnknown);
 }
 
-bool PairCache::follow(std::span<const Vec3> from, std::span<const Vec3> displacement,
-                       ThreadPool& pool) {
-  if (holds(from, displacement)) return false;
-  make(from, displacement, pool);
+bool PairCache::follow(const SurfacePoints& points, ThreadPool& pool) {
+  if (holds(points)) return false;
+  make(points, pool);
   gaps_.assign(pairs_.size(), kUnknown);
   return true;
 }
 
 // Pairs that get no row anyway are skipped, so that the age of the list cannot show in results.
-void PairCache::find_near(std::span<const Vec3> from, std::span<const Vec3> displacement,
-                          ThreadPool& pool) {
+void PairCache::find_near(const SurfacePoints& points, ThreadPool& pool) {
   near_by_rank_.resize(slot(pool.size()));
   const double reach = kRowReach * thickness_;
   pool.run([&](int rank) {
@@ -126,9 +123,9 @@ void PairCache::find_near(std::span<const Vec3> from, std::span<const Vec3> disp
     for (int i = part.begin; i < part.end; ++i) {
       if (far(slot(i), reach)) continue;
       const SurfacePair& pair = pairs_[slot(i)];
-      const FourPoints p = points(from, pair), d = points(displacement, pair);
-      if (swept_apart(p, d, pair.kind, thickness_)) continue;
-      const Separation start = separation_of(pair.kind, p);
+      const FourPoints p = four(points.from, pair), d = four(points.displacement, pair);
+      if (swept_apart(p, d, pair.kind, thickness_ + parts_.radius(pair))) continue;
+      const Separation start = separation(pair, p);
       gaps_[slot(i)] = start.gap;
       if (start.gap < reach && start.gap - relative_motion(pair.kind, d) < thickness_)
         mine.push_back({slot(i), start});
@@ -137,9 +134,9 @@ void PairCache::find_near(std::span<const Vec3> from, std::span<const Vec3> disp
   append_all(near_by_rank_, near_);
 }
 
-void PairCache::find_hits(std::span<const Vec3> from, std::span<const Vec3> displacement,
-                          std::span<const std::uint8_t> dirty, ThreadPool& pool,
+void PairCache::find_hits(const SurfacePoints& points, ThreadPool& pool,
                           std::vector<ProximityHit>& hits) {
+  const auto& [from, displacement, dirty] = points;
   by_rank_.resize(slot(pool.size()));
   pool.run([&](int rank) {
     auto& mine = by_rank_[slot(rank)];
@@ -151,15 +148,16 @@ void PairCache::find_hits(std::span<const Vec3> from, std::span<const Vec3> disp
           !dirty[slot(pair.ids[3])])
         continue;
       if (far(slot(i), thickness_)) continue;
-      const FourPoints p = points(from, pair), d = points(displacement, pair);
+      const FourPoints p = four(from, pair), d = four(displacement, pair);
+      const double radius = parts_.radius(pair);
       double& gap = gaps_[slot(i)];
       if (gap == kUnknown) {
-        if (swept_apart(p, d, pair.kind, thickness_)) continue;
-        gap = separation_of(pair.kind, p).gap;
+        if (swept_apart(p, d, pair.kind, thickness_ + radius)) continue;
+        gap = separation(pair, p).gap;
       }
       const double kept = kShareKept * std::min(gap, thickness_);
       if (kept > 0 && gap - relative_motion(pair.kind, d) > kept) continue;
-      const TimeOfImpact approach = time_of_impact(pair.kind, p, d, kept);
+      const TimeOfImpact approach = time_of_impact(pair.kind, p, d, kept, radius);
       if (approach.hit) mine.push_back({slot(i), approach.s, approach.then, gap});
     }
   });

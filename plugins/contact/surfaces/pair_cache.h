@@ -18,6 +18,12 @@ struct ProximityHit {
   double gap_start;  // m, the distance at the start
 };
 
+// The points of pairs in a step, by their ids: m, and whether they moved since the last test.
+struct SurfacePoints {
+  std::span<const Vec3> from, displacement;
+  std::span<const std::uint8_t> dirty;
+};
+
 // The list of pairs is kept as long as all particles stay in fat boxes around their old positions,
 // in a frame that moves with their mean, and these are not much larger than displacements need.
 // Pairs on the list that are not near change no result.
@@ -37,9 +43,9 @@ class PairCache {
 
   // Begins a step from these positions along these displacements. Every pair that may come nearer
   // than the reach of rows, 1.5 thicknesses, is listed.
-  void begin(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+  void begin(const SurfacePoints& points, ThreadPool& pool);
   // Follows changed displacements: the list is rebuilt if it no longer holds; true then.
-  bool follow(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+  bool follow(const SurfacePoints& points, ThreadPool& pool);
 
   // Calls f(pair number, separation) for those whose distance at the start is less than `reach` and
   // may come nearer than the thickness, in their order.
@@ -47,13 +53,11 @@ class PairCache {
   void each_near(const F& f) const {
     for (const auto& [pair, start] : near_) f(pair, start);
   }
-  void find_near(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+  void find_near(const SurfacePoints& points, ThreadPool& pool);
 
   // The pairs with a `dirty` particle that hit: they come nearer than a tenth of their distance at
   // the start, or of the thickness. In their order.
-  void find_hits(std::span<const Vec3> from, std::span<const Vec3> displacement,
-                 std::span<const std::uint8_t> dirty, ThreadPool& pool,
-                 std::vector<ProximityHit>& hits);
+  void find_hits(const SurfacePoints& points, ThreadPool& pool, std::vector<ProximityHit>& hits);
 
  private:
   // A fat box: a particle stays within `half` of `middle`.
@@ -62,9 +66,15 @@ class PairCache {
     double half = -1;
   };
   double half_of(double move) const;  // of the fat box of a displacement of this length, m
-  bool holds(std::span<const Vec3> from, std::span<const Vec3> displacement);
+  bool holds(const SurfacePoints& points);
   bool loose(std::span<const Vec3> displacement) const;
-  void make(std::span<const Vec3> from, std::span<const Vec3> displacement, ThreadPool& pool);
+  void make(const SurfacePoints& points, ThreadPool& pool);
+  // The separation of a pair, with the gap between the balls around its points.
+  Separation separation(const SurfacePair& pair, const FourPoints& p) const {
+    Separation apart = separation_of(pair.kind, p);
+    apart.gap -= parts_.radius(pair);
+    return apart;
+  }
   Vec3 mean(std::span<const Vec3> of) const;
   // True if a pair stays farther apart than the reach through the step, by its distance when the
   // list was made and the motion of its particles since.
@@ -77,7 +87,7 @@ class PairCache {
                                    : moved(0) + std::max(moved(1), others)) >
            reach;
   }
-  static FourPoints points(std::span<const Vec3> of, const SurfacePair& pair) {
+  static FourPoints four(std::span<const Vec3> of, const SurfacePair& pair) {
     return {of[static_cast<std::size_t>(pair.ids[0])], of[static_cast<std::size_t>(pair.ids[1])],
             of[static_cast<std::size_t>(pair.ids[2])], of[static_cast<std::size_t>(pair.ids[3])]};
   }

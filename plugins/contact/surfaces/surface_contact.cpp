@@ -11,18 +11,25 @@
 namespace sim {
 namespace {
 
-constexpr double kPush = 0.1;         // of the missing distance, in a step
-constexpr int kImpulseRounds = 8;     // of impulses on displacements
-constexpr int kSweeps[2] = {12, 6};   // of rows, in the first round and the later ones
-constexpr int kHalvingsOfAll = 24;    // of the motion of all surfaces, against their energy
-constexpr double kOpen = 0.2;         // thicknesses that neighbours of an open sheet are apart
-constexpr double kFarthest = 1e100;   // m
-constexpr double kSlack = 1e-3;       // of a distance: misses of this size stay
-constexpr double kNoDistance = 1e-6;  // thicknesses: no distance
+constexpr double kPush = 0.1;            // of the missing distance, in a step
+constexpr int kImpulseRounds = 8;        // of impulses on displacements
+constexpr int kSweeps[2] = {12, 6};      // of rows, in the first round and the later ones
+constexpr int kHalvingsOfAll = 24;       // of the motion of all surfaces, against their energy
+constexpr double kOpen = 0.2;            // thicknesses that neighbours of an open sheet are apart
+constexpr double kFarthest = 1e100;      // m
+constexpr double kSlack = 1e-3;          // of a distance: misses of this size stay
+constexpr double kSlackOfBodies = 1e-3;  // of that
+constexpr double kNoDistance = 1e-6;     // thicknesses: no distance
 
 std::string named(const TriangleMesh::Triangle& t) {
   return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) +
          ")";
+}
+
+constexpr const char* kPlaceApart = "place them apart: what is apart at the start stays so";
+
+void refuse(const std::string& why, const std::string& remedy) {
+  throw Error(ErrorKind::kScene, {"bad sim.contact", "", why, remedy});
 }
 
 std::vector<Vec3> places(const ParticleView& view) {
@@ -31,15 +38,8 @@ std::vector<Vec3> places(const ParticleView& view) {
   return list;
 }
 
-ContactRow row_of(const SurfacePair& pair, const Separation& apart) {
-  ContactRow row{.normal = apart.normal};
-  std::ranges::copy(pair.ids, row.ids.begin());
-  std::ranges::copy(apart.weights, row.weights.begin());
-  return row;
-}
-
 // A triangle that has these particles.
-TriangleMesh::Triangle triangle_with(const TriangleBvh& parts, std::initializer_list<int> ids) {
+TriangleMesh::Triangle triangle_with(const TriangleBvh& parts, std::span<const int> ids) {
   for (const TriangleMesh::Triangle& t : parts.triangles())
     if (std::ranges::all_of(ids, [&](int id) { return std::ranges::count(t, id) > 0; })) return t;
   return {};
@@ -51,9 +51,6 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles,
                                ConstraintSystem* constraint_system, const ParticleView& initial)
     : spec_(std::move(spec)),
       pairs_(TriangleBvh(spec_.surfaces, spec_.self, places(initial)), spec_.thickness) {
-  const auto refuse = [](const std::string& why, const std::string& remedy) {
-    throw Error(ErrorKind::kScene, {"bad sim.contact", "", why, remedy});
-  };
   double edge = HUGE_VAL;
   for (const auto& [a, b] : pairs_.parts().edges()) {
     const double length = (initial.position(a) - initial.position(b)).norm();
@@ -64,8 +61,7 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles,
     refuse("a thickness of " + shortest(spec_.thickness) +
                " m is more than half of the shortest edge, " + brief(edge) + " m",
            "give at most " + brief(0.5 * edge));
-  if (const std::string why = objection(initial); !why.empty())
-    refuse(why, "place them apart: what is apart at the start stays so");
+  if (const std::string why = objection(initial); !why.empty()) refuse(why, kPlaceApart);
   movable_.assign(pairs_.parts().vertices().begin(), pairs_.parts().vertices().end());
   if (constraint_system) {
     islands_ = std::make_unique<ConstrainedIslands>(particles, *constraint_system);
@@ -76,29 +72,53 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles,
     if (const auto grid = sheet_of(*spec_.surfaces[0])) sheet_.emplace(*grid);
 }
 
+void SurfaceContact::keep_out_of(const BodyGeometry& bodies, const ParticleView& initial) {
+  bodies_ = std::make_unique<BodySurfaces>(bodies, initial.n);
+  pairs_ = PairCache(
+      TriangleBvh(spec_.surfaces, spec_.self, bodies_->places(initial), bodies_->elements()),
+      spec_.thickness);
+  if (const std::string why = objection(initial); !why.empty()) refuse(why, kPlaceApart);
+}
+
+SurfacePoints SurfaceContact::points() {
+  const SurfacePoints particles{from_, displacement_, dirty_};
+  return bodies_ ? bodies_->points(particles) : particles;
+}
+
 std::string SurfaceContact::objection(const ParticleView& view) {
   MeshIntersections crossings(spec_.surfaces);
   crossings.tear(torn_);
   if (const auto pair = crossings.first(view); !pair.empty())
     return "triangles " + named(pair[0]) + " and " + named(pair[1]) + " cross";
-  TriangleBvh parts(spec_.surfaces, spec_.self, places(view));
+  const std::vector<Vec3> at = bodies_ ? bodies_->places(view) : places(view);
+  TriangleBvh parts(spec_.surfaces, spec_.self, at, bodies_ ? bodies_->elements() : BodyElements{});
   parts.tear(torn_);
+  if (bodies_)
+    if (const auto found = bodies_->crossing(parts, at))
+      return "triangle " + named(found->first) + " and body " + std::to_string(found->second) +
+             " cross";
   std::vector<Aabb> boxes;
-  for (int i = 0; i < view.n; ++i) {
-    const Vec3 side = Vec3::Constant(kNoDistance * spec_.thickness);
-    boxes.push_back({view.position(i) - side, view.position(i) + side});
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const Vec3 side =
+        Vec3::Constant(kNoDistance * spec_.thickness +
+                       (bodies_ ? bodies_->elements().radius(static_cast<int>(i)) : 0));
+    boxes.push_back({at[i] - side, at[i] + side});
   }
   std::vector<SurfacePair> near;
   ThreadPool pool(1);
   parts.find_pairs(boxes, pool, near);
-  for (const auto& [ids, kind] : near) {
-    const auto [a, b, c, d] = ids;
-    const FourPoints p{view.position(a), view.position(b), view.position(c), view.position(d)};
-    if (separation_of(kind, p).gap > kNoDistance * spec_.thickness) continue;
-    const bool edges = kind == PairKind::kEdgeEdge;
-    const auto first = edges ? triangle_with(parts, {a, b}) : triangle_with(parts, {a});
-    const auto second = edges ? triangle_with(parts, {c, d}) : triangle_with(parts, {b, c, d});
-    return "triangles " + named(first) + " and " + named(second) + " touch";
+  const auto name = [&](std::span<const int> side) {
+    return side[0] < view.n ? "triangle " + named(triangle_with(parts, side))
+                            : "body " + std::to_string(bodies_->body_of(side[0]));
+  };
+  for (const SurfacePair& pair : near) {
+    const auto [a, b, c, d] = pair.ids;
+    const FourPoints p{at[slot(a)], at[slot(b)], at[slot(c)], at[slot(d)]};
+    if (separation_of(pair.kind, p).gap - parts.radius(pair) > kNoDistance * spec_.thickness)
+      continue;
+    const std::size_t first = pair.kind == PairKind::kEdgeEdge ? 2 : 1;
+    return name(std::span(pair.ids).first(first)) + " and " +
+           name(std::span(pair.ids).subspan(first)) + " touch";
   }
   return {};
 }
@@ -134,13 +154,28 @@ void SurfaceContact::make_rows() {
   pairs_.each_near([&](std::size_t pair, const Separation& start) {
     const double lack = std::max(spec_.thickness - start.gap, 0.0);
     const double keep = start.gap + kPush * lack;
-    ContactRow row = row_of(pairs_.pairs()[pair], start);
+    ContactRow row{.normal = start.normal};
     row.bound = std::min(keep, spec_.thickness) - start.gap;
     row.slack = kSlack * std::min(start.gap, spec_.thickness);
-    row.friction = friction_of(row, spec_.material);
     row.gap = std::min(keep, spec_.thickness);
-    impulses_.add(row, inverse_mass_);
+    add_row(pairs_.pairs()[pair], start, row);
   });
+}
+
+// Adds a row of a pair. The point of a body in the middle of its displacement is the one that does
+// not move along the normal as it turns.
+void SurfaceContact::add_row(const SurfacePair& pair, const Separation& apart, ContactRow& row) {
+  const bool of_body = bodies_ && bodies_->is_part(pair);
+  if (of_body) {
+    bodies_->extend(pair, apart, 0.5, row);
+    row.slack *= kSlackOfBodies;
+    of_bodies_.push_back({impulses_.rows().size(), pair, apart});
+  } else {
+    std::ranges::copy(pair.ids, row.ids.begin());
+    std::ranges::copy(apart.weights, row.weights.begin());
+  }
+  row.friction = friction_of(row, of_body ? bodies_->material(pair) : spec_.material);
+  impulses_.add(row, inverse_mass_);
 }
 
 bool SurfaceContact::limit_strain() {
@@ -151,7 +186,9 @@ bool SurfaceContact::limit_strain() {
     const Vec3 start = from_[slot(b)] - from_[slot(a)];
     const Vec3 end = start + (displacement_[slot(b)] - displacement_[slot(a)]);
     if (!(end.squaredNorm() > longest_[e] * longest_[e] * (1 + 4 * kSlack))) continue;
-    ContactRow row{.ids = {a, b, -1, -1, -1}, .weights = {1, -1}, .normal = end.normalized()};
+    ContactRow row{.normal = end.normalized()};
+    row.ids[0] = a, row.ids[1] = b;
+    row.weights[0] = 1, row.weights[1] = -1;
     row.bound = row.normal.dot(start) - longest_[e];
     row.slack = kSlack * longest_[e];
     row.gap = longest_[e];
@@ -166,12 +203,13 @@ bool SurfaceContact::limit_strain() {
 bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
                                     std::span<const std::uint8_t> of) {
   bool any = false;
-  for (const int i : pairs_.parts().vertices()) {
+  for (const int i : pairs_.parts().particles()) {
     if (!of[slot(i)] || inverse_mass_[slot(i)] == 0) continue;
     for (Collider* const collider : particles.contacts().all()) {
       const SurfaceSample sample = collider->query(t_end, from_[slot(i)] + displacement_[slot(i)]);
       if (!(sample.gap < -kContactInside * spec_.thickness)) continue;
-      ContactRow row{.ids = {i, -1, -1, -1, -1}, .weights = {1}, .normal = sample.normal};
+      ContactRow row{.weights = {1}, .normal = sample.normal};
+      row.ids[0] = i;
       row.bound = sample.normal.dot(displacement_[slot(i)]) - sample.gap;
       row.slack = 0.1 * kContactInside * spec_.thickness;
       impulses_.add(row, inverse_mass_);
@@ -181,27 +219,30 @@ bool SurfaceContact::meet_colliders(Particles& particles, double t_end,
   return any;
 }
 
-void SurfaceContact::round_displacements() {
+// Rounds displacements as x_next stores them, and finds the hits of dirty particles, or of all.
+void SurfaceContact::find_hits(ThreadPool& pool, bool of_all) {
   for (const int i : movable_)
     if (dirty_[slot(i)])
       displacement_[slot(i)] = (from_[slot(i)] + displacement_[slot(i)]) - from_[slot(i)];
+  if (pairs_.follow(points(), pool) || of_all) std::ranges::fill(dirty_, std::uint8_t{1});
+  pairs_.find_hits(points(), pool, hits_);
 }
 
 // Adds rows for hits, along the normal at the time of impact.
 void SurfaceContact::add_hits() {
+  const SurfacePoints at = points();
   for (const ProximityHit& met : hits_) {
     const SurfacePair& pair = pairs_.pairs()[met.pair];
-    ContactRow row = row_of(pair, met.then);
+    ContactRow row{.normal = met.then.normal};
     row.slack = kSlack * std::min(met.gap_start, spec_.thickness);
-    row.friction = friction_of(row, spec_.material);
     row.gap = std::min(met.gap_start, spec_.thickness);
-    row.bound = row.gap;
-    for (std::size_t k = 0; k < 4; ++k) {
-      row.bound -=
-          row.weights[k] * row.normal.dot(from_[slot(pair.ids[k])] - from_[slot(pair.ids[0])]);
-      dirty_[slot(pair.ids[k])] = 1;
-    }
-    impulses_.add(row, inverse_mass_);
+    row.bound = row.gap + pairs_.parts().radius(pair);
+    for (std::size_t k = 0; k < 4; ++k)
+      row.bound -= met.then.weights[k] *
+                   row.normal.dot(at.from[slot(pair.ids[k])] - at.from[slot(pair.ids[0])]);
+    add_row(pair, met.then, row);
+    for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k)
+      dirty_[slot(row.ids[k])] = 1;
   }
 }
 
@@ -213,10 +254,7 @@ bool SurfaceContact::advance_rows(Particles& particles, double t_end) {
     if (particles.pool().gives_up(0)) return false;
     meet_colliders(particles, t_end, dirty_);
     impulses_.relax(kSweeps[1], inverse_mass_, displacement_, touched_, dirty_);
-    round_displacements();
-    if (pairs_.follow(from_, displacement_, particles.pool()) || round == 0)
-      std::ranges::fill(dirty_, std::uint8_t{1});
-    pairs_.find_hits(from_, displacement_, dirty_, particles.pool(), hits_);
+    find_hits(particles.pool(), round == 0);
     const bool inside = meet_colliders(particles, t_end, touched_), strained = limit_strain();
     if (hits_.empty() && !inside && !strained) return true;
     std::ranges::fill(dirty_, std::uint8_t{0});
@@ -231,10 +269,7 @@ bool SurfaceContact::advance_zones(Particles& particles) {
   std::ranges::fill(dirty_, std::uint8_t{1});
   for (;;) {
     if (particles.pool().gives_up(0)) return false;
-    round_displacements();
-    if (pairs_.follow(from_, displacement_, particles.pool()))
-      std::ranges::fill(dirty_, std::uint8_t{1});
-    pairs_.find_hits(from_, displacement_, dirty_, particles.pool(), hits_);
+    find_hits(particles.pool(), false);
     if (hits_.empty()) return true;
     for (const ProximityHit& met : hits_) impact_zones_.join(pairs_.pairs()[met.pair].ids, met.s);
     if (!impact_zones_.apply(inverse_mass_, from_, displacement_)) {
@@ -261,15 +296,12 @@ double SurfaceContact::least_rate(const Particles& particles, double t_end,
     }
     return most;
   }
-  double apart = 0;
-  for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k) {
-    const std::size_t i = slot(row.ids[k]), first = slot(row.ids[0]);
-    apart += row.weights[k] * row.normal.dot((from_[i] - from_[first]) + displacement_[i]);
-  }
-  const bool edge = row.ids[2] < 0, body = row.ids[4] >= 0;
-  const bool held = edge   ? -apart >= row.gap * (1 - 2 * kSlack)
-                    : body ? apart <= 2 * kContactInside * spec_.thickness
-                           : apart <= spec_.thickness * (1 + 2 * kSlack);
+  double beyond = -row.bound;  // m, of where it is as far apart as its gap
+  for (std::size_t k = 0; k < ContactRow::kMost && row.ids[k] >= 0; ++k)
+    beyond += row.weights[k] * row.normal.dot(displacement_[slot(row.ids[k])]);
+  const bool edge = row.ids[2] < 0;
+  const bool held = edge ? beyond <= 2 * kSlack * row.gap
+                         : row.gap + beyond <= spec_.thickness * (1 + 2 * kSlack);
   return held ? 0.0 : -HUGE_VAL;
 }
 
@@ -278,7 +310,16 @@ void SurfaceContact::find_velocities(Particles& particles, double t_end, double 
   bounds_.clear();
   for (const ContactRow& row : impulses_.rows())
     bounds_.push_back(least_rate(particles, t_end, row));
-  impulses_.begin(bounds_, 1e-6 * spec_.thickness / h);
+  if (bodies_) {
+    bodies_->points({from_, displacement_, dirty_});
+    bodies_->find_motions(inverse_mass_);
+    for (const auto& [r, pair, apart] : of_bodies_) {
+      ContactRow row = impulses_.rows()[r];
+      bodies_->extend(pair, apart, 1, row);
+      impulses_.replace(r, row);
+    }
+  }
+  impulses_.begin(bounds_, 1e-6 * spec_.thickness / h, inverse_mass_);
   if (islands_) return find_constrained_velocities();
   impulses_.relax(2 * kSweeps[0], inverse_mass_, velocity_, touched_, dirty_);
   if (impact_zones_.empty()) return;
@@ -370,8 +411,10 @@ void SurfaceContact::store(Particles& particles, double t, double h, const doubl
 
 // Advances from from_ along the displacements.
 bool SurfaceContact::advance(Particles& particles, double t_end) {
-  pairs_.find_near(from_, displacement_, particles.pool());
+  pairs_.find_near(points(), particles.pool());
   impulses_.clear(from_.size());
+  of_bodies_.clear();
+  if (bodies_) bodies_->find_motions(inverse_mass_);
   impact_zones_.begin({});
   make_rows();
   limit_strain();
@@ -384,12 +427,12 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
   // A sheet that stays unfolded all the step has no self-contact: neighbours in a layer do not
   // count.
   const Layout& layout = particles.layout();
-  if (sheet_ && longest_.empty() &&
+  if (sheet_ && !bodies_ && longest_.empty() &&
       sheet_->stays_open(layout.axes(x), layout.axes(static_cast<const double*>(x_next)),
                          kOpen * spec_.thickness))
     return Outcome::kFree;
   load(particles, x, x_next);
-  for (const int i : pairs_.parts().vertices()) {
+  for (const int i : pairs_.parts().particles()) {
     if (!displacement_[slot(i)].allFinite()) return Outcome::kFree;  // the run ends by itself
     const Vec3 reached = from_[slot(i)].cwiseAbs() + displacement_[slot(i)].cwiseAbs();
     if (reached.maxCoeff() < kFarthest) continue;
@@ -398,11 +441,11 @@ SurfaceContact::Outcome SurfaceContact::resolve(Particles& particles, double t, 
     return Outcome::kRefused;
   }
   collides_ = !particles.contacts().empty();
-  pairs_.begin(from_, displacement_, particles.pool());
+  dirty_.assign(from_.size(), 0);
+  pairs_.begin(points(), particles.pool());
   if (pairs_.pairs().empty() && longest_.empty()) return Outcome::kFree;
 
   touched_.assign(from_.size(), 0);
-  dirty_.assign(from_.size(), 0);
   free_displacement_ = displacement_;
   span_ = h;
   first_ = from_;

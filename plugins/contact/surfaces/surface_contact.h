@@ -1,12 +1,13 @@
-// Contact of surfaces with themselves and each other, resolved so that they never interpenetrate.
+// Contact of surfaces with themselves, each other and rigid bodies, resolved so that none passes
+// through another.
 #pragma once
 
 #include <memory>
 #include <string>
 
+#include "body_surfaces.h"
 #include "constrained_islands.h"
 #include "contact_impulses.h"
-#include "core/particles/body_geometry.h"
 #include "core/particles/particles.h"
 #include "impact_zones.h"
 #include "pair_cache.h"
@@ -37,8 +38,9 @@ class SurfaceContact {
   SurfaceContact(SurfaceContactSpec spec, Particles& particles, ConstraintSystem* constraint_system,
                  const ParticleView& initial);
 
-  // Keeps particles of surfaces out of these bodies, which feel the contact.
-  void keep_out_of(const BodyGeometry& bodies) { bodies_ = &bodies; }
+  // Keeps surfaces from crossing these bodies, which feel the contact. Throws Error{kScene} if some
+  // cross or touch at the start.
+  void keep_out_of(const BodyGeometry& bodies, const ParticleView& initial);
 
   // Opens surfaces between these pairs of particles. Replaces what was said before.
   void tear(std::span<const std::array<int, 2>> torn) {
@@ -47,8 +49,8 @@ class SurfaceContact {
   }
 
   const SurfaceContactSpec& spec() const { return spec_; }
-  // The reason why these positions are not allowed: two triangles that cross or touch. Empty if
-  // they are.
+  // The reason why these positions are not allowed: two triangles, or one and a body, that cross or
+  // touch. Empty if they are.
   std::string objection(const ParticleView& view);
 
   enum class Outcome { kFree, kChanged, kRefused };
@@ -69,13 +71,15 @@ class SurfaceContact {
   const Counts& counts() const { return counts_; }
 
  private:
+  SurfacePoints points();
   void load(const Particles& particles, const double* x, const double* x_next);
   double friction_of(const ContactRow& row, const ContactMaterial& surface) const;
   void make_rows();
+  void add_row(const SurfacePair& pair, const Separation& apart, ContactRow& row);
   bool limit_strain();  // rows for edges that would end too long; whether there are any
   bool meet_colliders(Particles& particles, double t_end, std::span<const std::uint8_t> of);
+  void find_hits(ThreadPool& pool, bool of_all);
   void add_hits();
-  void round_displacements();  // d := rounded as x_next stores it
   bool advance_rows(Particles& particles, double t_end);
   bool advance_zones(Particles& particles);
   bool advance(Particles& particles, double t_end);
@@ -84,7 +88,6 @@ class SurfaceContact {
   bool advance_constrained(Particles& particles, double t_end);  // see _constrained.cpp
   bool advance_shortened(Particles& particles);
   bool relax_constrained(Particles& particles, double t_end);
-  bool meet_bodies();
   void find_constrained_velocities();
   bool give_way(Particles& particles);
   bool changed(int i) const { return touched_[static_cast<std::size_t>(i)] != 0; }
@@ -100,9 +103,14 @@ class SurfaceContact {
   ContactImpulses impulses_;
   ImpactZones impact_zones_;
   std::unique_ptr<ConstrainedIslands> islands_;  // if there are constraints
-  const BodyGeometry* bodies_ = nullptr;         // null without bodies in contact
+  std::unique_ptr<BodySurfaces> bodies_;         // null without bodies in contact
+  struct RowOfBody {
+    std::size_t row;
+    SurfacePair pair;
+    Separation apart;
+  };
+  std::vector<RowOfBody> of_bodies_;
   std::vector<std::array<int, 2>> torn_;
-  std::vector<ManifoldPoint> points_;
   std::vector<int> movable_;  // particles that a step may change: of surfaces, or all
   std::vector<Vec3> first_, from_, displacement_, free_displacement_, ends_,
       velocity_;  // first_: at leg 0

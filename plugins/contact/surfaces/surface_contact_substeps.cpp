@@ -22,7 +22,7 @@ bool SurfaceContact::advance_substeps(Particles& particles, double t, double h) 
       displacement_[k] = inverse_mass_[k] > 0 ? part * free_displacement_[k]
                                               : first_[k] + end * free_displacement_[k] - from_[k];
     }
-    pairs_.begin(from_, displacement_, particles.pool());
+    pairs_.begin(points(), particles.pool());
     if (advance(particles, t + end * h)) {
       done += substep;
       if (done == kLegs) break;

@@ -1,29 +1,11 @@
 #include "surface_correction.h"
 
-#include <algorithm>
-
-#include "core/base/text.h"
-
 namespace sim {
 
 SurfaceCorrection::SurfaceCorrection(SurfaceContactSpec spec, Particles& particles,
                                      ConstraintSystem* constraint_system,
                                      const ParticleView& initial)
-    : contact_(std::move(spec), particles, constraint_system, initial), particles_(&particles) {
-  for (const auto& surface : contact_.spec().surfaces)
-    for (const auto& t : surface->triangles())
-      for (std::size_t k = 0; k < 3; ++k)
-        longest_edge_ = std::max(
-            longest_edge_, (initial.position(t[k]) - initial.position(t[(k + 1) % 3])).norm());
-}
-
-std::vector<std::string> SurfaceCorrection::notes() const {
-  if (!meets_bodies_) return {};
-  return {
-      "bodies touch the particles of surfaces, not what is between them: corners and edges of "
-      "bodies may come through where particles are " +
-      brief(longest_edge_, 2) + " m apart"};
-}
+    : contact_(std::move(spec), particles, constraint_system, initial), particles_(&particles) {}
 
 StepCorrection::Outcome SurfaceCorrection::apply(const Step& step) {
   switch (contact_.resolve(*particles_, step.t, step.h, step.x, step.x_next)) {

@@ -16,21 +16,17 @@ class SurfaceCorrection final : public StepCorrection {
   std::string title() const override { return "sim.contact"; }
   double take_dissipation(double late) override { return contact_.take_work(late); }
   Account account() const override;
-  std::vector<std::string> notes() const override;
   void tear(std::span<const std::array<int, 2>> torn) override { contact_.tear(torn); }
   std::string objection(double t, const double* x) override {
     return contact_.objection(particles_->view(t, x));
   }
-  void keep_out_of(const BodyGeometry& bodies) override {
-    contact_.keep_out_of(bodies);
-    meets_bodies_ = true;
+  void keep_out_of(const BodyGeometry& bodies, const double* initial) override {
+    contact_.keep_out_of(bodies, particles_->view(0, initial));
   }
 
  private:
   SurfaceContact contact_;
   Particles* particles_;
-  double longest_edge_ = 0;  // m, at the start
-  bool meets_bodies_ = false;
 };
 
 }  // namespace sim

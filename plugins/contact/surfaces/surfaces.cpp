@@ -46,7 +46,7 @@ SIM_PLUGIN(StepCorrection, "surfaces") {
   using sim::ParamType;
   registrar.add(sim::Plugin<sim::StepCorrection>{
       {.name = "surfaces",
-       .summary = "surfaces that never pass through each other or themselves",
+       .summary = "surfaces that never pass through each other, themselves or rigid bodies",
        .formula =
            "n . sum_k w_k (v_k' - v_k) m_k = p >= 0, |p_t| <= friction p, along the rows of pairs\n"
            "nearer than the thickness or that meet on their way through the step; what meets all\n"

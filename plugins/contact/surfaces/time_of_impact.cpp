@@ -146,7 +146,8 @@ double relative_motion(PairKind kind, const FourPoints& d) {
   return std::sqrt(square);
 }
 
-TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints& d, double gap) {
+TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints& d, double gap,
+                            double radius) {
   const FourPoints from{Vec3::Zero(), p[1] - p[0], p[2] - p[0], p[3] - p[0]},
       way{Vec3::Zero(), d[1] - d[0], d[2] - d[0], d[3] - d[0]};
   double size = 0;
@@ -160,6 +161,7 @@ TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints
   FourPoints now = from;
   for (int advance = 0; advance < kMostAdvances; ++advance) {
     result.then = kind == PairKind::kVertexTriangle ? of_vertex_triangle(now) : of_edges(now);
+    result.then.gap -= radius;
     result.s = s;
     if (!(result.then.gap > gap)) {
       result.hit = true;
@@ -169,7 +171,8 @@ TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints
     each_corners(kind, [&](std::size_t i, std::size_t j) {
       const double rate = result.then.normal.dot(way[i] - way[j]);
       if (rate < 0)
-        plane = std::min(plane, (result.then.normal.dot(now[i] - now[j]) - 0.5 * gap) / -rate);
+        plane =
+            std::min(plane, (result.then.normal.dot(now[i] - now[j]) - radius - 0.5 * gap) / -rate);
     });
     s += std::max(step, plane);
     if (!(s < 1)) {

@@ -35,7 +35,9 @@ struct TimeOfImpact {
 // parts would be nearer than gap / 2 to one of them. So a contact is never missed as long as gap /
 // 2 is more than the rounding error of the distances; a smaller gap is raised. Mirtich (1996), Li,
 // Kaufman & Jiang (2021), ACM Trans. Graph. 40(4), section 6.
-TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints& d, double gap);
+// radius, m: of a ball around each point of one part, from which the gap counts.
+TimeOfImpact time_of_impact(PairKind kind, const FourPoints& p, const FourPoints& d, double gap,
+                            double radius = 0);
 
 // An upper bound, m, on the relative motion of points of the two parts.
 double relative_motion(PairKind kind, const FourPoints& d);

@@ -22,27 +22,36 @@ bool among(int id, const TriangleMesh::Triangle& t) {
 
 }  // namespace
 
+bool BodyElements::are_tied(int body, std::span<const int> ids) const {
+  return !tied.empty() && std::ranges::any_of(ids, [&](int id) {
+    return tied.contains({body, id});
+  });
+}
+
 TriangleBvh::TriangleBvh(std::span<const std::shared_ptr<const TriangleMesh>> surfaces, bool self,
-                         std::span<const Vec3> start)
-    : self_(self) {
+                         std::span<const Vec3> start, BodyElements bodies)
+    : self_(self), bodies_(std::move(bodies)) {
   std::vector<std::uint8_t> has_owner(start.size());
   for (std::size_t s = 0; s < surfaces.size(); ++s) {
     const auto first = triangles_.size();
-    for (const TriangleMesh::Triangle& t : surfaces[s]->triangles()) {
-      triangles_.push_back(t);
-      surface_of_.push_back(static_cast<int>(s));
-      Owned& mine = owned_.emplace_back();
-      for (std::size_t k = 0; k < 3; ++k)
-        if (!has_owner[slot(t[k])]) {
-          has_owner[slot(t[k])] = 1;
-          mine.vertices[k] = t[k];
-          vertices_.push_back(t[k]);
-        }
-    }
+    for (const TriangleMesh::Triangle& t : surfaces[s]->triangles())
+      own(t, static_cast<int>(s), has_owner);
     for (const TriangleMesh::Edge& edge : surfaces[s]->edges()) {
       auto& mine = owned_[first + slot(edge.triangles[0])].edges;
       *std::ranges::find(mine, -1) = static_cast<int>(edges_.size());
       edges_.push_back(edge.ends);
+    }
+  }
+  particles_ = vertices_.size();
+  std::set<std::array<int, 2>> known;
+  for (std::size_t k = 0; k < bodies_.triangles.size(); ++k) {
+    const TriangleMesh::Triangle& t = bodies_.triangles[k];
+    own(t, -1 - bodies_.body_of[k], has_owner);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto [low, high] = std::minmax(t[c], t[(c + 1) % 3]);
+      if (low == high || !known.insert({low, high}).second) continue;
+      owned_.back().edges[c] = static_cast<int>(edges_.size());
+      edges_.push_back({low, high});
     }
   }
   std::ranges::sort(vertices_);
@@ -55,6 +64,24 @@ TriangleBvh::TriangleBvh(std::span<const std::shared_ptr<const TriangleMesh>> su
   if (triangles_.empty()) return;
   build(0, static_cast<int>(order_.size()), middles);
   split_tasks(0, 0, 0);
+}
+
+// A triangle owns those of its vertices that none before it has.
+void TriangleBvh::own(TriangleMesh::Triangle t, int surface, std::vector<std::uint8_t>& has_owner) {
+  triangles_.push_back(t);
+  surface_of_.push_back(surface);
+  Owned& mine = owned_.emplace_back();
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!has_owner[slot(t[k])]) {
+      has_owner[slot(t[k])] = 1;
+      mine.vertices[k] = t[k];
+      vertices_.push_back(t[k]);
+    }
+}
+
+bool TriangleBvh::touch(int a, int b) const {
+  const int s = surface_of_[slot(a)], t = surface_of_[slot(b)];
+  return s < 0 ? t >= 0 : self_ || s != t;
 }
 
 // Splits at the median along the longest side of the box of the centroids; ties by number.
@@ -163,7 +190,7 @@ void TriangleBvh::leaves(const Node& a, const Node& b, std::span<const Aabb> box
     if (!box.meets(b.box)) continue;
     for (int j = &a == &b ? i + 1 : b.first; j < b.first + b.count; ++j) {
       const int u = order_[slot(j)];
-      if (!self_ && surface_of_[slot(t)] == surface_of_[slot(u)]) continue;
+      if (!touch(t, u)) continue;
       if (box.meets(triangle_boxes_[slot(u)])) triangle_pairs(t, u, boxes, found);
     }
   }
@@ -173,12 +200,17 @@ void TriangleBvh::tear(TornPairs torn) { gone_ = torn_parts(torn, triangles_, ed
 
 void TriangleBvh::triangle_pairs(int a, int b, std::span<const Aabb> boxes,
                                  std::vector<SurfacePair>& found) const {
+  const int body = -1 - std::min(surface_of_[slot(a)], surface_of_[slot(b)]);
+  const auto add = [&](const SurfacePair& pair) {
+    if (body < 0 || !bodies_.are_tied(body, pair.ids)) found.push_back(pair);
+  };
   const auto vertices_at = [&](int of, int other) {
-    if (!gone_.triangles.empty() && gone_.triangles[slot(other)]) return;
+    if (triangle_gone(slot(other))) return;
     const TriangleMesh::Triangle& t = triangles_[slot(other)];
+    if (t[0] == t[1]) return;  // an edge or a vertex of a body
     for (const int v : owned_[slot(of)].vertices)
       if (v >= 0 && !among(v, t) && boxes[slot(v)].meets(triangle_boxes_[slot(other)]))
-        found.push_back({{v, t[0], t[1], t[2]}, PairKind::kVertexTriangle});
+        add({{v, t[0], t[1], t[2]}, PairKind::kVertexTriangle});
   };
   vertices_at(a, b);
   vertices_at(b, a);
@@ -192,7 +224,7 @@ void TriangleBvh::triangle_pairs(int a, int b, std::span<const Aabb> boxes,
       const auto [r, s] = edges_[slot(f)];
       if (p == r || p == s || q == r || q == s) continue;
       if (box.meets(joined(boxes[slot(r)], boxes[slot(s)])))
-        found.push_back({{p, q, r, s}, PairKind::kEdgeEdge});
+        add({{p, q, r, s}, PairKind::kEdgeEdge});
     }
   }
 }

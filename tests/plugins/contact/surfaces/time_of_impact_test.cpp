@@ -337,3 +337,22 @@ TEST_CASE("a sheet that is called open keeps its distances") {
   CHECK(open > 5);
   CHECK(closed > 20);
 }
+
+// A ball at height y falls on a triangle, and a rod on an edge: they meet when y less the way is
+// the radius and the gap that is asked for.
+TEST_CASE("balls and rods with a radius meet when their surfaces do") {
+  const double radius = 0.3, gap = 0.01;
+  const Vec3 none = Vec3::Zero(), fall(0, -2, 0);
+  const FourPoints ball{Vec3(0.2, 1, 0.2), {0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+  const FourPoints rod{Vec3(-1, 1, 0), {1, 1, 0}, {0, 0, -1}, {0, 0, 1}};
+  for (const auto& [kind, p, d] :
+       {std::tuple{PairKind::kVertexTriangle, ball, FourPoints{fall, none, none, none}},
+        std::tuple{PairKind::kEdgeEdge, rod, FourPoints{fall, fall, none, none}}}) {
+    const sim::TimeOfImpact met = sim::time_of_impact(kind, p, d, gap, radius);
+    REQUIRE(met.hit);
+    CHECK(met.s <= (1 - radius - 0.5 * gap) / 2);
+    CHECK(met.s >= (1 - radius - gap) / 2 - 1e-12);
+    CHECK(met.then.gap == Approx(1 - 2 * met.s - radius));
+    CHECK(!sim::time_of_impact(kind, p, {0.3 * d[0], 0.3 * d[1], none, none}, gap, radius).hit);
+  }
+}
