@@ -175,6 +175,7 @@ std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* st
 
   // Two-particle constraints are reported row by row, all others as forces on each particle.
   const RowList& rows = constraints_.rows();
+  std::vector<std::size_t> place(static_cast<std::size_t>(particles_->layout().n()));
   for (std::size_t p = 0; p < rows.parts.size(); ++p) {
     const RowList::Part& part = rows.parts[p];
     const int end = rows.end_of(p);
@@ -193,11 +194,12 @@ std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* st
       }
       for (std::size_t e = begin; e < after; ++e) {
         const int i = rows.pattern.ids[e];
-        auto own = std::find_if(list.begin() + static_cast<std::ptrdiff_t>(first), list.end(),
-                                [&](const ConstraintForce& h) { return h.a == i && h.b < 0; });
-        if (own == list.end())
-          own = list.insert(list.end(), {constraints_.title(part), "", i, -1, 0, {}});
-        own->force += lambda * gradient[e];
+        std::size_t& own = place[static_cast<std::size_t>(i)];
+        if (own < first || own >= list.size() || list[own].a != i || list[own].b >= 0) {
+          own = list.size();
+          list.push_back({constraints_.title(part), "", i, -1, 0, {}});
+        }
+        list[own].force += lambda * gradient[e];
       }
     }
     for (std::size_t k = first; k < list.size(); ++k)

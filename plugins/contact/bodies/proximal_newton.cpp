@@ -165,10 +165,12 @@ void ProximalNewton::fill_matrix() {
         const Side& side = point.side[a];
         if (side.body < 0) continue;
         BlockLu::Block& block = matrix_.block(point.entry[2 * a + b]);
-        for (std::size_t k = 0; k < 3; ++k)
-          for (std::size_t i = 0; i < BlockLu::kSize; ++i)
-            for (std::size_t j = 0; j < BlockLu::kSize; ++j)
-              block[BlockLu::kSize * i + j] += side.row[k][i] * product[k][j];
+        for (std::size_t i = 0; i < BlockLu::kSize; ++i)
+          for (std::size_t j = 0; j < BlockLu::kSize; ++j)
+            block[BlockLu::kSize * i + j] =
+                ((block[BlockLu::kSize * i + j] + side.row[0][i] * product[0][j]) +
+                 side.row[1][i] * product[1][j]) +
+                side.row[2][i] * product[2][j];
       }
     }
   }
