@@ -7,6 +7,7 @@
 namespace sim {
 namespace {
 
+constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
 // The search margin of a solver body, m, which includes the motion that impulses may add.
@@ -59,6 +60,8 @@ RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
   moved_bodies_.reserve(most);
   for (int i = 0; i < body_collision_.bodies(); ++i)
     if (body_collision_.touches(i)) balls_.emplace_back().body = i;
+  for (int p = 0; p < body_collision_.singles(); ++p)
+    if (!body_collision_.leaves_out(p)) loose_.push_back(p);
 }
 
 int RigidContact::key(int solver_body) const {
@@ -110,7 +113,7 @@ void RigidContact::load(const Step& step) {
     if (body_collision_.surface(static_cast<int>(i)).restitution > 0)
       passed_on_ = std::max(passed_on_, reach_[i].path_length);
   fastest_single_ = 0;
-  for (int p = 0; p < body_collision_.singles(); ++p)
+  for (const int p : loose_)
     fastest_single_ = std::max(
         fastest_single_, std::max(from.velocity(p).squaredNorm(), to.velocity(p).squaredNorm()));
   fastest_single_ = std::sqrt(fastest_single_);
@@ -310,28 +313,39 @@ void RigidContact::find_pairs() {
   std::ranges::sort(pairs_);
 }
 
-// Finds the single particles that may touch a body.
-void RigidContact::find_particles(int body, const Step& step) {
-  const Reach own = reach_[static_cast<std::size_t>(body)];
-  const Vec3 center = own.after.center;
-  const double most =
-      own.radius + margin_of(own.path_length, own.radius) + 2 * step.h * fastest_single_;
+// Finds the single particles that may touch bodies, among the balls of the sweep.
+void RigidContact::find_particle_pairs(const Step& step) {
+  particle_pairs_.clear();
+  if (loose_.empty()) return;
   const ParticleView to = particles_->view(step.t + step.h, step.x_next);
-  for (int p = 0; p < body_collision_.singles(); ++p) {
-    if ((to.position(p) - center).squaredNorm() > most * most) continue;
-    if (body_collision_.leaves_out(p) || body_collision_.are_tied(body, p) ||
-        (own.fixed && !to.free(p)))
-      continue;
-    const int second = enter(p, body, step);
-    const double path_length = reach_[static_cast<std::size_t>(second)].path_length;
-    add_manifold(body, second, -1, margin_of(own.path_length + path_length, own.radius), step,
-                 [&](double left, double margin) {
-                   body_collision_.find_contacts(
-                       body, on_the_way(reach_[static_cast<std::size_t>(body)], left, step.h),
-                       second, on_the_way(reach_[static_cast<std::size_t>(second)], left, step.h),
-                       margin, points_);
-                 });
+  const double path = 2 * step.h * fastest_single_;
+  double widest = 0;
+  for (const Ball& ball : balls_) widest = std::max(widest, ball.span);
+  for (const int p : loose_) {
+    const Vec3 x = to.position(p);
+    const double low = x[sweep_axis_] - path - 2 * widest, high = x[sweep_axis_] + path;
+    for (auto ball = std::ranges::lower_bound(balls_, low, {}, &Ball::low);
+         ball != balls_.end() && ball->low <= high; ++ball) {
+      const Reach& own = reach_[static_cast<std::size_t>(ball->body)];
+      const double most = own.radius + margin_of(own.path_length, own.radius) + path;
+      if ((x - ball->center).squaredNorm() > most * most) continue;
+      if (body_collision_.are_tied(ball->body, p) || (own.fixed && !to.free(p))) continue;
+      particle_pairs_.emplace_back(ball->body, p);
+    }
   }
+  std::ranges::sort(particle_pairs_);
+}
+
+void RigidContact::touch_particle(int body, int particle, const Step& step) {
+  const int second = enter(particle, body, step);
+  const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
+  const double path_length = reach_of(body).path_length + reach_of(second).path_length;
+  add_manifold(body, second, -1, margin_of(path_length, reach_of(body).radius), step,
+               [&](double left, double margin) {
+                 body_collision_.find_contacts(body, on_the_way(reach_of(body), left, step.h),
+                                               second, on_the_way(reach_of(second), left, step.h),
+                                               margin, points_);
+               });
 }
 
 // Finds all pairs in ascending order; for each solver body first those with colliders.
@@ -344,7 +358,9 @@ void RigidContact::find(const Step& step) {
     return margin_of(reach.path_length, reach.scale);
   };
   find_pairs();
+  find_particle_pairs(step);
   auto pair = pairs_.cbegin();
+  auto of_particle = particle_pairs_.cbegin();
   for (int i = 0; i < body_collision_.bodies(); ++i) {
     if (!body_collision_.touches(i)) continue;
     if (!reach_of(i).fixed)
@@ -368,7 +384,8 @@ void RigidContact::find(const Step& step) {
                                                    points_);
                    });
     }
-    find_particles(i, step);
+    for (; of_particle != particle_pairs_.cend() && of_particle->first == i; ++of_particle)
+      touch_particle(i, of_particle->second, step);
   }
   // Particles pushed by bodies may touch colliders; all others are resolved already.
   const int all = static_cast<int>(solver_bodies_.size());

@@ -9,10 +9,11 @@
 namespace sim {
 namespace {
 
-constexpr double kOverlap = 10;  // tolerances: the overlap left between bodies, of a radius
-constexpr double kShare = 1e-2;  // of that: the accuracy of the moves that separate bodies, m
-constexpr double kNear = 0.02;   // of a radius: the gap within which these moves may cause contact
-constexpr double kAhead = 4;     // of the deepest overlap: the same
+constexpr std::size_t kNumbers = 7;  // of each point that is remembered
+constexpr double kOverlap = 10;      // tolerances: the overlap left between bodies, of a radius
+constexpr double kShare = 1e-2;      // of that: the accuracy of the moves that separate bodies, m
+constexpr double kNear = 0.02;  // of a radius: the gap within which these moves may cause contact
+constexpr double kAhead = 4;    // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
 constexpr double kAmiss = 1e-5;  // of a radius: the error of a gap from which moves are found anew
 constexpr double kFit = 0.01;    // of that: the accuracy of these moves

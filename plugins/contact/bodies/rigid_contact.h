@@ -25,7 +25,6 @@ namespace sim {
 class RigidContact {
  public:
   static constexpr double kToRounding = 1e-12;
-  static constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
   static constexpr double kMargin = 1e-3;  // of a radius: points are sought at least so far
 
   // tolerance: of the residual, relative to the largest velocity, and of the overlap of bodies,
@@ -40,7 +39,6 @@ class RigidContact {
 
   const BodyCollision& body_collision() const { return body_collision_; }
   // The impulses of the last step, which warm-start the next.
-  static constexpr std::size_t kNumbers = 7;  // of each point
   std::vector<double> memory() const;
   void recall(std::span<const double> memory);
   void forget() { warm_start_.clear(); }
@@ -82,7 +80,8 @@ class RigidContact {
   int enter(int particle, int body, const Step& step);
   void find(const Step& step);
   void find_pairs();
-  void find_particles(int body, const Step& step);
+  void find_particle_pairs(const Step& step);
+  void touch_particle(int body, int particle, const Step& step);
   template <class Collide>
   void add_manifold(int first, int second, int collider, double margin, const Step& step,
                     const Collide& collide);
@@ -113,12 +112,13 @@ class RigidContact {
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none
   double fastest_single_ = 0;           // m/s
-  double passed_on_ = 0;  // m: the longest path of a body that bounces, which others may take over
+  double passed_on_ = 0;      // m: the longest path of a body that bounces; others may take it over
   std::vector<Reach> reach_;  // of movers
   std::vector<SolverBody> solver_bodies_, moved_bodies_;
   std::vector<Ball> balls_;  // of bodies, along the axis of the sweep
   std::size_t sweep_axis_ = 0;
-  std::vector<std::pair<int, int>> pairs_;  // of bodies that are near, ascending
+  std::vector<int> loose_;  // single particles that bodies may touch
+  std::vector<std::pair<int, int>> pairs_, particle_pairs_;  // of what is near a body, ascending
   std::vector<ContactPoint> contacts_, overlaps_;
   std::vector<ManifoldPoint> points_;
   std::vector<WarmStart> warm_start_;
