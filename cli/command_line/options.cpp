@@ -358,7 +358,7 @@ AdjacencyRequest Parser::adjacency_request() const {
 }
 
 RestRequest Parser::rest_request() const {
-  RestRequest request{.scene = scene_request(texts_.rest_scene),
+  RestRequest request{.scene = scene_request(texts_.rest_scene, "auto"),
                       .dump = {},
                       .json = texts_.json,
                       .quiet = texts_.quiet};

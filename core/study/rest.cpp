@@ -150,6 +150,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   const auto late = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > kWait;
   };
+  const auto& particles = dynamic_cast<const Particles&>(simulation.ode());
   const Snapshot begin = simulation.snapshot();
   const double size = scene_size(simulation);
   Snapshot best = begin;
@@ -205,7 +206,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
         break;
       }
     }
-    const double now = simulation.energy().kinetic;
+    const double now = particles.kinetic_energy(simulation.t(), simulation.state().data());
     if (now > kinetic) {
       kinetic = now;
       if (steps % 1000 == 0)
