@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/assert.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/particles/elements/mesh_intersections.h"
@@ -73,6 +74,7 @@ SurfaceContact::SurfaceContact(SurfaceContactSpec spec, Particles& particles,
 }
 
 void SurfaceContact::keep_out_of(const BodyGeometry& bodies, const ParticleView& initial) {
+  SIM_ASSERT(islands_);  // a body is constrained itself
   bodies_ = std::make_unique<BodySurfaces>(bodies, initial.n);
   pairs_ = PairCache(
       TriangleBvh(spec_.surfaces, spec_.self, bodies_->places(initial), bodies_->elements()),
@@ -100,8 +102,7 @@ std::string SurfaceContact::objection(const ParticleView& view) {
   std::vector<Aabb> boxes;
   for (std::size_t i = 0; i < at.size(); ++i) {
     const Vec3 side =
-        Vec3::Constant(kNoDistance * spec_.thickness +
-                       (bodies_ ? bodies_->elements().radius(static_cast<int>(i)) : 0));
+        Vec3::Constant(kNoDistance * spec_.thickness + parts.radius(static_cast<int>(i)));
     boxes.push_back({at[i] - side, at[i] + side});
   }
   std::vector<SurfacePair> near;
