@@ -193,6 +193,12 @@ void BodyCollision::check_collider(int i, const RigidState& a, std::size_t colli
     refuse_contact(name + " is " + meters(deep) + " inside a collider at the start", "move it out");
 }
 
+// Whether each of its parts is.
+bool BodyCollision::is_convex(int i, const RigidState& state) const {
+  return std::ranges::all_of(parts(i),
+                             [&](const Part& part) { return can_collide(placed(i, part, state)); });
+}
+
 void BodyCollision::check_pair(int i, int j, const RigidState& a, const RigidState& b) const {
   const auto name = [&](int k) {
     if (k >= bodies()) return "particle " + std::to_string(k - bodies());
@@ -200,9 +206,7 @@ void BodyCollision::check_pair(int i, int j, const RigidState& a, const RigidSta
   };
   for (const int k : {i, j}) {
     if (k >= bodies()) continue;
-    const bool convex = std::ranges::all_of(
-        parts(k), [&](const Part& part) { return can_collide(placed(k, part, k == i ? a : b)); });
-    if (!convex)
+    if (!is_convex(k, k == i ? a : b))
       refuse_contact(name(k) + " is not convex: it touches planes and rooms only",
                      "give it a convex shape, or say touches = false");
   }
@@ -230,7 +234,7 @@ void BodyCollision::check_start(const double* initial) const {
       if (touches(j) && !are_joined(i, j))
         check_pair(i, j, own, states[static_cast<std::size_t>(j)]);
     for (int p = 0; p < singles(); ++p) {
-      if (are_tied(i, p)) continue;
+      if (are_tied(i, p) || (leaves_out(p) && !is_convex(i, own))) continue;
       point.center = view.position(p);
       check_pair(i, bodies() + p, own, point);
     }

@@ -64,6 +64,7 @@ class BodyCollision final : public BodyGeometry {
   void each_near(int i, const RigidState& state, const Vec3& center, double radius,
                  const Take& take) const;
   const ColliderShape* shape_of(const Collider& collider) const;  // null where it has none
+  bool is_convex(int i, const RigidState& state) const;
   void check_start(const double* initial) const;
   void check_pair(int i, int j, const RigidState& a, const RigidState& b) const;
   void check_collider(int i, const RigidState& a, std::size_t collider) const;

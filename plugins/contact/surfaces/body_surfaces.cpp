@@ -44,18 +44,22 @@ void BodySurfaces::add(int body, const RigidShape& part, const Vec3& at, const M
   for (const auto& t : mesh.triangles) add_triangle(t);
 }
 
-Vec3 BodySurfaces::sum(std::span<const Vec3> of, const Vertex& vertex) const {
+// The sum is relative to the first particle, for the rounding.
+template <class At>
+Vec3 BodySurfaces::sum(const Vertex& vertex, const At& at) const {
   const auto first = slot(bodies_->body(vertex.body).first());
-  Vec3 sum = of[first];  // relative to the first particle, for the rounding
+  const Vec3 origin = at(first);
+  Vec3 sum = origin;
   for (std::size_t p = 1; p < vertex.weights.size(); ++p)
-    sum += vertex.weights[p] * (of[first + p] - of[first]);
+    sum += vertex.weights[p] * (at(first + p) - origin);
   return sum;
 }
 
 std::vector<Vec3> BodySurfaces::places(const ParticleView& view) const {
   std::vector<Vec3> list(slot(view.n));
   for (int i = 0; i < view.n; ++i) list[slot(i)] = view.position(i);
-  for (const Vertex& vertex : vertices_) list.push_back(sum(list, vertex));
+  for (const Vertex& vertex : vertices_)
+    list.push_back(sum(vertex, [&](std::size_t i) { return list[i]; }));
   return list;
 }
 
@@ -64,21 +68,13 @@ SurfacePoints BodySurfaces::points(const SurfacePoints& particles) {
   std::ranges::copy(particles.from, from_.begin());
   std::ranges::copy(particles.displacement, displacement_.begin());
   std::ranges::copy(particles.dirty, dirty_.begin());
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    const Vertex& vertex = vertices_[v];
-    const auto first = slot(bodies_->body(vertex.body).first());
-    std::array<Vec3, RigidBody::kParticles> ends;
-    std::uint8_t dirty = 0;
-    for (std::size_t p = 0; p < ends.size(); ++p) {
-      ends[p] = from_[first + p] + displacement_[first + p];
-      dirty |= dirty_[first + p];
-    }
-    Vec3 end = ends[0];
-    for (std::size_t p = 1; p < ends.size(); ++p) end += vertex.weights[p] * (ends[p] - ends[0]);
-    const std::size_t id = slot(elements_.first) + v;
-    from_[id] = sum(particles.from, vertex);
-    displacement_[id] = end - from_[id];
-    dirty_[id] = dirty;
+  std::size_t id = slot(elements_.first);
+  for (const Vertex& vertex : vertices_) {
+    from_[id] = sum(vertex, [&](std::size_t i) { return from_[i]; });
+    displacement_[id] =
+        sum(vertex, [&](std::size_t i) { return from_[i] + displacement_[i]; }) - from_[id];
+    const auto first = dirty_.begin() + bodies_->body(vertex.body).first();
+    dirty_[id++] = *std::max_element(first, first + RigidBody::kParticles);
   }
   return {from_, displacement_, dirty_};
 }

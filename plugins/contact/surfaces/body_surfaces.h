@@ -55,7 +55,8 @@ class BodySurfaces {
   // The first id of a pair that is a vertex of a body, -1: none.
   int vertex_of(const SurfacePair& pair) const;
   std::array<Vec3, 3> axes_of(const RigidBody& body, double s) const;
-  Vec3 sum(std::span<const Vec3> of, const Vertex& vertex) const;
+  template <class At>
+  Vec3 sum(const Vertex& vertex, const At& at) const;  // of at(particle), by weights
 
   const BodyGeometry* bodies_;
   BodyElements elements_;

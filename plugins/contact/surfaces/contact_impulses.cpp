@@ -41,7 +41,7 @@ ContactImpulses::State ContactImpulses::state_of(const ContactRow& row,
              v = n.cross(u), along_u = response(u);
   const double a = u.dot(along_u), b = v.dot(along_u), c = v.dot(response(v));
   return {.mass = 1 / n.dot(response(n)),
-          .tangent_mass = 1 / (0.5 * (a + c) + std::hypot(0.5 * (a - c), b))};
+          .tangent_mass = 1 / (0.5 * (a + c) + std::sqrt(0.25 * (a - c) * (a - c) + b * b))};
 }
 
 void ContactImpulses::clear(std::size_t particles) {

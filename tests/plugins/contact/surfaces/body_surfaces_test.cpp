@@ -48,6 +48,12 @@ const char* const kNeedle = "sim.box { half = {0.004, 0.1, 0.004} }";
 const char* const kPyramid =
     "sim.mesh { points = { {0.06, 0, 0}, {-0.03, 0, 0.05}, {-0.03, 0, -0.05}, {0, 0.1, 0} },\n"
     "  triangles = { {0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0} } }";
+const char* const kBowl =  // which is not convex
+    "sim.mesh { points = { {0.08, 0, 0}, {0, 0, 0.08}, {-0.08, 0, 0}, {0, 0, -0.08}, {0, 0.06, "
+    "0},\n"
+    "    {0, 0.03, 0} },\n"
+    "  triangles = { {1, 0, 4}, {2, 1, 4}, {3, 2, 4}, {0, 3, 4}, {0, 1, 5}, {1, 2, 5}, {2, 3, 5},\n"
+    "    {3, 0, 5} } }";
 const char* const kBall = "sim.sphere { radius = 0.02 }";
 const char* const kRod = "sim.capsule { radius = 0.006, length = 0.15 }";
 const char* const kHammer =
@@ -112,7 +118,7 @@ bool above(const Simulation& system, const SystemSpec& spec) {
 TEST_CASE("bodies with corners, edges and tips do not cross a cloth that catches them") {
   Registry registry({SIM_PLUGIN_DIR});
   int touched = 0;
-  for (const char* const shape : {kCube, kNeedle, kPyramid, kBall, kRod, kHammer})
+  for (const char* const shape : {kCube, kNeedle, kPyramid, kBowl, kBall, kRod, kHammer})
     for (const double speed : {0.0, 40.0})
       for (const double mass : {0.01, 3.0}) {
         INFO(shape << ", " << speed << " m/s, " << mass << " kg");
