@@ -34,6 +34,17 @@ double elements_of(const SystemSpec& spec, bool listed) {
   return count;
 }
 
+double triangles_of(const RigidShape& shape) {
+  constexpr double kOfBox = 12;
+  double count = 0;
+  each_part(shape, [&](const RigidShape& part, const Vec3&, const Mat3&) {
+    count += part.is_round()                       ? 1
+             : part.form == RigidShape::Form::kBox ? kOfBox
+                                                   : static_cast<double>(part.triangles.size());
+  });
+  return count;
+}
+
 }  // namespace
 
 double MemoryEstimate::total() const {
@@ -87,6 +98,9 @@ MemoryEstimate memory_estimate(const SystemSpec& spec, const IntegratorInfo& met
   double triangles = 0;
   for (const auto& surface : spec.contact->surfaces)
     triangles += static_cast<double>(surface->triangles().size());
+  if (triangles > 0)
+    for (const RigidSpec& body : spec.bodies)
+      if (body.touches) triangles += triangles_of(*body.shape);
   needs.parts.emplace_back("contact", each * triangles);
   return needs;
 }

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "core/geometry/triangle_mesh.h"
 #include "tests/support/scenes.h"
 
 using namespace sim;
@@ -156,4 +157,25 @@ TEST_CASE("an estimate names its largest parts first and leaves out what does no
   const MemoryEstimate estimate{{{"a", 2e6}, {"b", 1e4}, {"c", 7e6}, {"d", 2e5}}};
   CHECK(estimate.total() == 9.21e6);
   CHECK(estimate.text() == "c 7 MB, a 2 MB, d 1 MB");
+}
+
+TEST_CASE("surfaces in contact take memory for each triangle, of bodies that touch them, too") {
+  Registry registry = sim_test::make_registry();
+  SystemSpec cloth = sim_test::make_cloth(20);
+  cloth.contact.emplace();
+  cloth.contact->plugin = "surfaces";
+  const auto contact = [&] {
+    return part(memory_estimate(cloth, sim_test::info_of("verlet", registry), registry), "contact");
+  };
+  CHECK(contact() == 0);
+  const std::vector<TriangleMesh::Triangle> triangles = grid_triangles({20, 20, 1}, false);
+  cloth.contact->surfaces.push_back(std::make_shared<const TriangleMesh>(400, triangles));
+  const double each = contact() / static_cast<double>(triangles.size());
+  CHECK(each > 100);
+  RigidShape box{.form = RigidShape::Form::kBox, .half = {0.1, 0.1, 0.1}}, ball{.radius = 0.1};
+  for (const RigidShape& shape : {box, ball, make_compound({box, ball}), mesh_of_box(box.half)})
+    cloth.bodies.push_back({.shape = std::make_shared<const RigidShape>(shape), .mass = 1});
+  CHECK(contact() == Approx(each * (static_cast<double>(triangles.size()) + 12 + 1 + 13 + 12)));
+  for (RigidSpec& body : cloth.bodies) body.touches = false;
+  CHECK(contact() == each * static_cast<double>(triangles.size()));
 }
