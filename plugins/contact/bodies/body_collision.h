@@ -27,7 +27,7 @@ class BodyCollision final : public BodyGeometry {
   const ContactMaterial& surface(int i) const override {
     return spec_.surfaces[static_cast<std::size_t>(i)];
   }
-  double radius(int i) const override { return radii_[static_cast<std::size_t>(i)]; }
+  double radius(int i) const { return radii_[static_cast<std::size_t>(i)]; }
   // The least half thickness, m: smaller motions cannot tunnel.
   double thinness(int i) const { return thinnesses_[static_cast<std::size_t>(i)]; }
   bool are_tied(int body, int particle) const override;
@@ -43,8 +43,6 @@ class BodyCollision final : public BodyGeometry {
                      std::vector<ManifoldPoint>& out) const;
   void find_contacts(int first, const RigidState& a, std::size_t collider, double t, double margin,
                      std::vector<ManifoldPoint>& out) const;
-  void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
-                   std::vector<ManifoldPoint>& out) const override;
 
  private:
   // A body has one part, or those of a compound.
@@ -65,6 +63,8 @@ class BodyCollision final : public BodyGeometry {
                  const Take& take) const;
   const ColliderShape* shape_of(const Collider& collider) const;  // null where it has none
   bool is_convex(int i, const RigidState& state) const;
+  void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
+                   std::vector<ManifoldPoint>& out) const;
   void check_start(const double* initial) const;
   void check_pair(int i, int j, const RigidState& a, const RigidState& b) const;
   void check_collider(int i, const RigidState& a, std::size_t collider) const;

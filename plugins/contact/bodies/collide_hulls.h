@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/particles/body_geometry.h"
+#include "manifold_point.h"
 #include "placed.h"
 
 namespace sim {

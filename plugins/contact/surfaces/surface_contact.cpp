@@ -18,6 +18,7 @@ constexpr int kSweeps[2] = {12, 6};      // of rows, in the first round and the 
 constexpr int kHalvingsOfAll = 24;       // of the motion of all surfaces, against their energy
 constexpr double kOpen = 0.2;            // thicknesses that neighbours of an open sheet are apart
 constexpr double kFarthest = 1e100;      // m
+constexpr double kContactInside = 1e-3;  // thicknesses that a particle may be inside a solid
 constexpr double kSlack = 1e-3;          // of a distance: misses of this size stay
 constexpr double kSlackOfBodies = 1e-3;  // of that
 constexpr double kNoDistance = 1e-6;     // thicknesses: no distance

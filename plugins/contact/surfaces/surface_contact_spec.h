@@ -9,8 +9,6 @@
 
 namespace sim {
 
-inline constexpr double kContactInside = 1e-3;  // thicknesses that a particle may be inside a solid
-
 struct SurfaceContactSpec {
   std::vector<std::shared_ptr<const TriangleMesh>> surfaces;
   double thickness = 0;           // m, > 0: the distance that layers keep
