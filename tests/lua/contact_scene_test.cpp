@@ -155,7 +155,7 @@ TEST_CASE("a cloth that folds goes on from any state with the bits of the whole 
 }
 
 TEST_CASE("a box comes to rest on a cloth that lies on itself", "[lua][scenes]") {
-  for (const char* const mass : {"0.5", "5"}) {
+  for (const std::string mass : {"0.2", "0.5", "5"}) {
     INFO(mass);
     Registry registry({SIM_PLUGIN_DIR});
     const SystemSpec spec = load("scenes/folded.lua", {{"n", "10"}, {"mass", mass}}).systems[0];
@@ -171,7 +171,8 @@ TEST_CASE("a box comes to rest on a cloth that lies on itself", "[lua][scenes]")
     const RigidState box = system.body_state(0);
     CHECK(box.center.y() > 0.06 + 0.9 * layer);
     CHECK(box.center.y() < 0.15);
-    CHECK((box.center - before).norm() < 0.005);
+    // One lighter than the cloth rocks on the folds.
+    if (mass != "0.2") CHECK((box.center - before).norm() < 0.005);
     double deepest = 0;
     for (int i = 0; i < 100; ++i) {
       const Vec3 at = transposed(box.axes) * (system.position(i) - box.center);
