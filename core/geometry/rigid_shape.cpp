@@ -101,7 +101,6 @@ bool is_inside(const RigidShape& mesh, const Vec3& p) {
   return half_angles > kPi;
 }
 
-// Rings around the axis, from pole to pole in steps of 22.5 degrees.
 RigidShape mesh_of_round(const RigidShape& part) {
   RigidShape mesh{.form = RigidShape::Form::kMesh};
   constexpr int kAround = 16, kRise = 4;  // to a right angle
@@ -126,9 +125,18 @@ RigidShape mesh_of_round(const RigidShape& part) {
   return mesh;
 }
 
-RigidShape mesh_of(const RigidShape& part) {
-  if (part.is_round()) return mesh_of_round(part);
-  return part.form == RigidShape::Form::kBox ? mesh_of_box(part.half) : part;
+RigidShape mesh_of_box(const Vec3& half) {
+  RigidShape mesh{.form = RigidShape::Form::kMesh};
+  for (int k = 0; k < 8; ++k)
+    mesh.points.push_back(
+        {k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
+  constexpr std::array<int, 4> kSides[] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  for (const auto& s : kSides) {
+    mesh.triangles.push_back({s[0], s[1], s[2]});
+    mesh.triangles.push_back({s[0], s[2], s[3]});
+  }
+  return mesh;
 }
 
 }  // namespace
@@ -150,18 +158,9 @@ Mat3 turned_by(const Vec3& turn) {
   return transposed({pose.turned({1, 0, 0}), pose.turned({0, 1, 0}), pose.turned({0, 0, 1})});
 }
 
-RigidShape mesh_of_box(const Vec3& half) {
-  RigidShape mesh{.form = RigidShape::Form::kMesh};
-  for (int k = 0; k < 8; ++k)
-    mesh.points.push_back(
-        {k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
-  constexpr std::array<int, 4> kSides[] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
-  for (const auto& s : kSides) {
-    mesh.triangles.push_back({s[0], s[1], s[2]});
-    mesh.triangles.push_back({s[0], s[2], s[3]});
-  }
-  return mesh;
+RigidShape mesh_of(const RigidShape& part) {
+  if (part.is_round()) return mesh_of_round(part);
+  return part.form == RigidShape::Form::kBox ? mesh_of_box(part.half) : part;
 }
 
 // Triangles that lie within another part are not seen.

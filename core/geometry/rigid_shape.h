@@ -32,8 +32,9 @@ struct RigidShape {
 // The axes rotated by |turn| rad about `turn`.
 Mat3 turned_by(const Vec3& turn);
 
-// The twelve triangles of a box, as a mesh.
-RigidShape mesh_of_box(const Vec3& half);
+// The surface of a shape that is no compound, as a mesh: twelve triangles of a box, rings around
+// the axis of what is round, from pole to pole in steps of 22.5 degrees.
+RigidShape mesh_of(const RigidShape& part);
 
 // A shape of parts that keep their places to each other; none of them is a compound itself.
 RigidShape make_compound(std::vector<RigidShape> parts);

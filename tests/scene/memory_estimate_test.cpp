@@ -173,7 +173,7 @@ TEST_CASE("surfaces in contact take memory for each triangle, of bodies that tou
   const double each = contact() / static_cast<double>(triangles.size());
   CHECK(each > 100);
   RigidShape box{.form = RigidShape::Form::kBox, .half = {0.1, 0.1, 0.1}}, ball{.radius = 0.1};
-  for (const RigidShape& shape : {box, ball, make_compound({box, ball}), mesh_of_box(box.half)})
+  for (const RigidShape& shape : {box, ball, make_compound({box, ball}), mesh_of(box)})
     cloth.bodies.push_back({.shape = std::make_shared<const RigidShape>(shape), .mass = 1});
   CHECK(contact() == Approx(each * (static_cast<double>(triangles.size()) + 12 + 1 + 13 + 12)));
   for (RigidSpec& body : cloth.bodies) body.touches = false;

@@ -112,9 +112,8 @@ Vec3 Hull::farthest(const Vec3& direction) const {
 }
 
 std::optional<Hull> hull_of(const RigidShape& shape) {
-  if (shape.form == RigidShape::Form::kBox) return HullBuilder(mesh_of_box(shape.half)).make();
-  if (shape.form == RigidShape::Form::kMesh) return HullBuilder(shape).make();
-  return {};
+  if (shape.is_round() || shape.form == RigidShape::Form::kCompound) return {};
+  return HullBuilder(mesh_of(shape)).make();
 }
 
 }  // namespace sim

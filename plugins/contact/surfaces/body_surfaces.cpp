@@ -37,9 +37,7 @@ void BodySurfaces::add(int body, const RigidShape& part, const Vec3& at, const M
     if (end.y() > 0) add_vertex(end);
     return add_triangle({0, 0, end.y() > 0 ? 1 : 0});
   }
-  const bool box = part.form == RigidShape::Form::kBox;
-  const RigidShape of_box = box ? mesh_of_box(part.half) : RigidShape{};
-  const RigidShape& mesh = box ? of_box : part;
+  const RigidShape mesh = mesh_of(part);
   for (const Vec3& x : mesh.points) add_vertex(x);
   for (const auto& t : mesh.triangles) add_triangle(t);
 }
@@ -106,15 +104,14 @@ std::array<Vec3, 3> BodySurfaces::axes_of(const RigidBody& body, double s) const
 void BodySurfaces::find_motions(std::span<const double> inverse_mass) {
   for (int b = 0; b < bodies_->bodies(); ++b) {
     const RigidBody& body = bodies_->body(b);
-    auto& [motion, free] = motions_[slot(b)];
+    BodyMotion& motion = motions_[slot(b)];
     motion.inverse_mass = 1 / body.mass();
-    free = true;
     Vec3 center = Vec3::Zero();
     for (std::size_t p = 0; p < motion.arms.size(); ++p) {
       const std::size_t id = slot(body.first()) + p;
       motion.arms[p] = from_[id] + displacement_[id];
       center += 0.25 * motion.arms[p];
-      free = free && inverse_mass[id] > 0;
+      if (inverse_mass[id] == 0) motion.inverse_mass = 0;
     }
     for (Vec3& arm : motion.arms) arm -= center;
     motion.inverse_inertia = Mat3::Zero();
@@ -152,8 +149,8 @@ void BodySurfaces::extend(const SurfacePair& pair, const Separation& apart, doub
     }
   }
   for (int p = 0; p < RigidBody::kParticles; ++p) row.ids[slot(p)] = body.first() + p;
-  const Motion& motion = motions_[slot(number)];
-  row.body = motion.free ? &motion.motion : nullptr;
+  const BodyMotion& motion = motions_[slot(number)];
+  row.body = motion.inverse_mass > 0 ? &motion : nullptr;
 }
 
 std::array<int, 4> BodySurfaces::movers(const SurfacePair& pair,

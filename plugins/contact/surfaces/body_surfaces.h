@@ -50,11 +50,6 @@ class BodySurfaces {
     std::array<double, RigidBody::kParticles> weights;
   };
 
-  struct Motion {
-    BodyMotion motion;
-    bool free = false;
-  };
-
   void add(int body, const RigidShape& part, const Vec3& at, const Mat3& axes);
   const Vertex& vertex(int id) const { return vertices_[slot(id - elements_.first)]; }
   // The first id of a pair that is a vertex of a body, -1: none.
@@ -68,7 +63,7 @@ class BodySurfaces {
   std::vector<Vertex> vertices_;
   std::vector<Vec3> from_, displacement_;
   std::vector<std::uint8_t> dirty_;
-  std::vector<Motion> motions_;  // of all bodies
+  std::vector<BodyMotion> motions_;  // of all bodies; inverse mass 0: it has a pinned particle
 };
 
 }  // namespace sim

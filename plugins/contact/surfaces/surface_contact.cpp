@@ -226,8 +226,12 @@ void SurfaceContact::find_hits(ThreadPool& pool, bool of_all) {
   for (const int i : movable_)
     if (dirty_[slot(i)])
       displacement_[slot(i)] = (from_[slot(i)] + displacement_[slot(i)]) - from_[slot(i)];
-  if (pairs_.follow(points(), pool) || of_all) std::ranges::fill(dirty_, std::uint8_t{1});
-  pairs_.find_hits(points(), pool, hits_);
+  SurfacePoints at = points();
+  if (pairs_.follow(at, pool) || of_all) {
+    std::ranges::fill(dirty_, std::uint8_t{1});
+    at = points();
+  }
+  pairs_.find_hits(at, pool, hits_);
 }
 
 // Adds rows for hits, along the normal at the time of impact.

@@ -18,7 +18,6 @@ struct Thrown {
   std::string shape;
   double speed = 0;  // m/s, downwards
   double mass = 0.3;
-  std::string more = "";
 };
 
 std::string text_of(const Thrown& of) {
@@ -35,9 +34,8 @@ std::string text_of(const Thrown& of) {
        << "  rotation = {0.6, 0.4, 0.7}, velocity = {0, " << -of.speed
        << ", 0}, angular_velocity = {2, 1, 3} }\n"
        << "return sim.scene { particles = g, bodies = { body }, integrator = 'verlet',\n"
-          "  dt = 0.0004, duration = 1, "
-       << of.more
-       << " contact = sim.contact { surfaces = { sim.surface { grid = g } }, thickness = 0.01 },\n"
+          "  dt = 0.0004, duration = 1,\n"
+          "  contact = sim.contact { surfaces = { sim.surface { grid = g } }, thickness = 0.01 },\n"
           "  forces = { sim.force.gravity {}, springs(300, {{0,1}, {1,0}}),\n"
           "    springs(150, {{1,1}, {1,-1}}) } }\n";
   return text.str();
@@ -88,7 +86,7 @@ Found look(const Simulation& system, const SystemSpec& spec) {
       }
       return;
     }
-    const RigidShape mesh = part.form == RigidShape::Form::kBox ? mesh_of_box(part.half) : part;
+    const RigidShape mesh = mesh_of(part);
     const int first = static_cast<int>(places.size());
     for (const Vec3& x : mesh.points) places.push_back(body.place(state, at + axes * x));
     for (const auto& t : mesh.triangles)
@@ -108,7 +106,8 @@ bool above(const Simulation& system, const SystemSpec& spec) {
     const auto side = [](const Vec3& p, const Vec3& q) { return p.x() * q.z() - p.z() * q.x(); };
     const double u = side(b, c), v = side(c, a), w = side(a, b), all = u + v + w;
     if (u * all < 0 || v * all < 0 || w * all < 0) continue;
-    count += u * a.y() + v * b.y() + w * c.y()<0 == all> 0;
+    const bool below = (u * a.y() + v * b.y() + w * c.y()) / all < 0;
+    count += below;
   }
   return count % 2 == 1;
 }
