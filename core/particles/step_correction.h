@@ -21,11 +21,14 @@ class StepCorrection {
     double t, h;
     const double* x;
     double* x_next;
+    bool may_be_halved = false;  // the method can take it in two halves instead
   };
-  enum class Outcome { kUnchanged, kChanged, kFailed };
+  // kTooLong, for a step that may be halved: its halves are shorter than what it cannot follow.
+  enum class Outcome { kUnchanged, kChanged, kTooLong, kFailed };
   // Projects x_next onto the states that it allows; kUnchanged: x_next keeps its bits. A pure
   // function of the step and of memory(), bit for bit. A long one asks
-  // ThreadPool::gives_up(), and then ends with its memory and its account as they were.
+  // ThreadPool::gives_up(), and then ends with its memory and its account as they were, as one that
+  // is too long does.
   virtual Outcome apply(const Step& step) = 0;
   virtual std::string failure() const { return {}; }  // after kFailed: why, in one sentence
 

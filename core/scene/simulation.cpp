@@ -244,6 +244,7 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const SourceLocat
                    "use verlet, rk4 or another method of fixed steps" +
                        (without.empty() ? "" : ", or " + without)});
     }
+    x_begin = Array(corrections.empty() ? 0 : system->size());
     x_free = Array(corrections.empty() || method->info().order != 1 ? 0 : system->size());
     integrator = std::move(method);
   } catch (const Error& error) {

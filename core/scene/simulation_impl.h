@@ -41,14 +41,13 @@ struct Simulation::Impl {
   std::vector<std::string> force_switches, collider_switches;  // of each part; empty: none
   ParticlesSpec initial;               // of a second-order scene: a grid takes no room
   std::vector<double> initial_values;  // of a first-order scene
-  Array x, x_next;
+  Array x, x_next, x_begin;            // x_begin: of a step that is taken in halves
   Array x_free;  // the end of a step of a method of first order, before contact; else empty
   ContactWork contact_work;
   std::vector<std::unique_ptr<StepCorrection>> corrections;  // applied in this order
   Breaking breaking;                                         // ties that may break
   std::unique_ptr<Sleep> sleep;                              // if the scene asks for it
   std::function<bool()> stop;                                // of long steps
-
   double t(std::int64_t step) const { return t0 + static_cast<double>(step - n0) * settings->h; }
 
   void compile_field(const SystemSpec& spec, Registry& registry);
@@ -81,8 +80,11 @@ struct Simulation::Impl {
   IntegratorInfo info_of(const Method& method, const SourceLocation& place) const;
   void make_integrator(const Settings& wanted, const SourceLocation& place);
   Error blaming_force(const Error& misfit, const SourceLocation& scene) const;
-  // x_next := the corrected step from t; false if a correction fails or the step is given up.
+  // x_next := the corrected step from t; false if a correction fails or the step is given up. One
+  // that is too long for a correction is taken in halves, and these likewise.
   bool correct(double t, double h);
+  bool step_in_halves(double t, double h, int halvings);  // changes x, too
+  StepCorrection::Outcome correct_once(double t, double h, bool may_be_halved);
   // The memory of the integrator before a step that corrections may give up.
   std::vector<double> memory_for_corrections() const {
     return stop && !corrections.empty() ? integrator->memory() : std::vector<double>();
@@ -112,13 +114,11 @@ struct Simulation::Impl {
   void restart();
   // Steps with these settings from now on; if it throws, nothing changes.
   void adopt(std::shared_ptr<const Settings> wanted);
-
   // The exception of a step, as the error of the plugin that threw it.
   [[noreturn]] void rethrow_in_step();
   // Changes x between two steps. Throws Error{kUsage} if constraints cannot be satisfied then.
   void change(const std::function<void()>& make);
   void check_not_led(int i) const;  // throws Error{kUsage} where it is
-
   // Finds the reason why the step failed, and the first number of the next state that is not
   // finite; false if all of it is finite.
   bool find_divergence(StepStatus status);

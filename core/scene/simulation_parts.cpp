@@ -223,42 +223,92 @@ double Simulation::Impl::late_books(double t, double h) const {
 }
 
 bool Simulation::Impl::correct(double t, double h) {
+  const StepCorrection::Outcome outcome = correct_once(t, h, true);
+  if (outcome != StepCorrection::Outcome::kTooLong)
+    return outcome != StepCorrection::Outcome::kFailed;
+  const ContactWork work_before = contact_work;
+  std::copy_n(x.data(), x.size(), x_begin.data());
+  const auto go_back = [&] {
+    std::copy_n(x_begin.data(), x.size(), x.data());
+    contact_work = work_before;
+  };
+  try {
+    if (step_in_halves(t, h, 1)) {
+      integrator->restart(t + h, settings->h, x_next.data());
+      return true;
+    }
+  } catch (...) {
+    go_back();
+    restart();
+    rethrow_in_step();
+  }
+  go_back();
+  return false;
+}
+
+bool Simulation::Impl::step_in_halves(double t, double h, int halvings) {
+  constexpr int kMostHalvings = 10;
+  const double half = 0.5 * h, middle = t + half;
+  for (const double begin : {t, middle}) {
+    if (begin == middle) std::swap(x, x_next);
+    begin_contact(begin);
+    integrator->restart(begin, half, x.data());
+    const StepStatus status = integrator->step(*system, begin, half, x.data(), x_next.data());
+    if (status != StepStatus::kDone && find_divergence(status)) return false;
+    const auto outcome = correct_once(begin, half, halvings < kMostHalvings);
+    if (outcome == StepCorrection::Outcome::kFailed) return false;
+    if (outcome == StepCorrection::Outcome::kTooLong && !step_in_halves(begin, half, halvings + 1))
+      return false;
+    end_contact(begin + half);
+  }
+  return true;
+}
+
+StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool may_be_halved) {
+  using Outcome = StepCorrection::Outcome;
   const auto fail = [&](StepStatus status, const std::string& why) {
     divergence = {status, -1, step_count + 1, t + h, h, "", "", why};
-    return false;
+    return Outcome::kFailed;
   };
   const auto refuse = [&](const std::string& why) { return fail(StepStatus::kNotAllowed, why); };
   // The memories of earlier corrections are restored if a later one gives the step up.
-  const bool may_undo = stop && corrections.size() > 1;
+  const bool may_undo = (stop || may_be_halved) && corrections.size() > 1;
   const ContactWork work_before = contact_work;
   std::vector<std::vector<double>> memories;
-  const auto give_up = [&] {
+  const auto undo = [&] {
     for (std::size_t i = 0; i < memories.size(); ++i)
       if (corrections[i]->has_memory()) corrections[i]->recall(memories[i]);
     contact_work = work_before;
+  };
+  const auto give_up = [&] {
+    undo();
     return fail(StepStatus::kStopped, "");
   };
   for (const auto& correction : corrections) {
     if (system->cancellation().gives_up()) return give_up();
     if (may_undo) memories.push_back(correction->memory());
     begin_books();
-    StepCorrection::Outcome outcome = StepCorrection::Outcome::kFailed;
+    Outcome outcome = Outcome::kFailed;
     try {
-      outcome = correction->apply({t, h, x.data(), x_next.data()});
+      outcome = correction->apply({t, h, x.data(), x_next.data(), may_be_halved});
     } catch (...) {
       restart();
       rethrow_in_step();
     }
     if (system->gave_up()) return give_up();
-    if (outcome == StepCorrection::Outcome::kFailed) return refuse(correction->failure());
-    if (outcome == StepCorrection::Outcome::kChanged) {
+    if (outcome == Outcome::kFailed) return refuse(correction->failure());
+    if (outcome == Outcome::kTooLong) {
+      undo();
+      return outcome;
+    }
+    if (outcome == Outcome::kChanged) {
       if (!all_finite({x_next.data(), x_next.size()}))
         return refuse(correction->title() + " leads to numbers that are not finite");
       integrator->restart(t + h, h, x_next.data());
     }
     contact_work.lost += correction->take_dissipation(late_books(t, h));
   }
-  return true;
+  return Outcome::kChanged;
 }
 
 ImpactEvents* Simulation::Impl::impact_events() {

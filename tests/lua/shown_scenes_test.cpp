@@ -305,8 +305,9 @@ TEST_CASE("chain_mail.lua keeps every ring in those that it runs through", "[sce
       for (int j = i + 1; j < system.bodies(); ++j) list.push_back(linked(system, i, j));
     return list;
   };
-  // Each of the 4 n rows of n has 2 n - 1 links to the next; the longer step jams rings.
-  for (const auto& [n, dt, time] : {std::tuple{2, 0.005, 1.0}, {3, 0.012, 0.8}}) {
+  // Each of the 4 n rows of n has 2 n - 1 links to the next; the longer steps jam rings, and the
+  // longest lead them through each other.
+  for (const auto& [n, dt, time] : {std::tuple{2, 0.005, 1.0}, {3, 0.012, 0.8}, {3, 0.016, 0.8}}) {
     SceneRun run("chain_mail", {{"n", std::to_string(n)}}, "", dt);
     const std::vector<bool> start = links(run.system);
     CHECK(std::ranges::count(start, true) == (4 * n - 1) * (2 * n - 1));

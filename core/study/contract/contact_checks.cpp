@@ -121,6 +121,8 @@ void check_steps(ContactStep& scene, Examiner& examiner) {
                  outcome == Outcome::kUnchanged ? "it was" : "it was not");
   examiner.check("a step that fails says why",
                  (outcome == Outcome::kFailed) == !contact.failure().empty(), contact.failure());
+  examiner.check("a step that may not be halved is never too long", outcome != Outcome::kTooLong,
+                 scene.of());
   examiner.check("the old state is left as it is", same(start, scene.start()), "");
   const double taken = contact.take_dissipation(0);
   examiner.check("finite", finite(end) && std::isfinite(taken), scene.of());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 namespace sim {
 namespace {
@@ -26,6 +27,15 @@ RigidState on_the_way(const Reach& reach, double left, double h) {
   return state;
 }
 
+// The same with the moves that impulses cause, as if they grew linearly.
+template <class Reach>
+RigidState on_the_way(const Reach& reach, const SolverBody& moved, double left, double h) {
+  RigidState state = on_the_way(reach, left, h);
+  state.center += (1 - left) * moved.translation;
+  if (moved.rotation != Vec3()) state.axes = turned_by((1 - left) * moved.rotation) * state.axes;
+  return state;
+}
+
 // The path length, m, of points of one body as seen from the other.
 template <class Reach>
 double relative_path(const Reach& one, const Reach& other, double h) {
@@ -38,6 +48,14 @@ double relative_path(const Reach& one, const Reach& other, double h) {
   };
   return h * (std::max(speed(one.before, other.before), speed(one.after, other.after)) +
               turning(one) + turning(other));
+}
+
+// True if a point that moves from one place to another comes so near to the origin.
+bool comes_within(double distance, const Vec3& from, const Vec3& to) {
+  const Vec3 way = to - from;
+  const double square = way.squaredNorm();
+  const double share = square > 0 ? std::clamp(-from.dot(way) / square, 0.0, 1.0) : 0;
+  return (from + share * way).squaredNorm() <= distance * distance;
 }
 
 }  // namespace
@@ -346,6 +364,40 @@ void RigidContact::touch_particle(int body, int particle, const Step& step) {
                                                second, on_the_way(reach_of(second), left, step.h),
                                                margin, points_);
                });
+}
+
+// True if two bodies that are apart at the start pass through each other on the ways on which
+// impulses lead them, or may do so between two looks: the step is too long. Where contact is sought
+// only free ways are looked at.
+bool RigidContact::pass_through(const Step& step) {
+  const double h = step.h;
+  for (const auto& [i, j] : pairs_) {
+    const auto first = static_cast<std::size_t>(i), second = static_cast<std::size_t>(j);
+    const Reach &one = reach_[first], &two = reach_[second];
+    const SolverBody &own = solver_bodies_[first], &other = solver_bodies_[second];
+    const Vec3 start = one.before.center - two.before.center,
+               end = (one.after.center + own.translation) - (two.after.center + other.translation);
+    const auto turned = [h](const Reach& reach, const SolverBody& moved) {
+      const Vec3 free = 0.5 * h * (reach.before.angular_velocity + reach.after.angular_velocity);
+      return reach.radius * (free + moved.rotation).norm();
+    };
+    const double path = (end - start).norm() + turned(one, own) + turned(two, other),
+                 thin = std::min(body_collision_.thinness(i), body_collision_.thinness(j));
+    if (path <= thin || !comes_within(one.radius + two.radius, start, end)) continue;
+    if (2 * path > kMostLooks * thin) return true;
+    const auto overlap = [&](double left) {
+      points_.clear();
+      body_collision_.find_contacts(i, on_the_way(one, own, left, h), j,
+                                    on_the_way(two, other, left, h), 0, points_);
+      double deepest = 0;
+      for (const ManifoldPoint& point : points_) deepest = std::max(deepest, -point.gap);
+      return deepest;
+    };
+    const int looks = std::max(2, static_cast<int>(2 * path / thin));
+    const auto passes = [&](int k) { return overlap(1 - static_cast<double>(k) / looks) > thin; };
+    if (std::ranges::any_of(std::views::iota(1, looks + 1), passes) && !passes(0)) return true;
+  }
+  return false;
 }
 
 // Finds all pairs in ascending order; for each solver body first those with colliders.

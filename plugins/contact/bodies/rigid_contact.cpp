@@ -287,8 +287,14 @@ void RigidContact::store(double* x_next) {
   }
 }
 
-bool RigidContact::resolve(double t, double h, const double* x, double* x_next) {
+StepCorrection::Outcome RigidContact::resolve(const Step& step) {
+  using Outcome = StepCorrection::Outcome;
+  const auto [t, h, x, x_next, may_be_halved] = step;
   refusal_.clear();
+  const auto too_long = [this] {
+    ++counts_.halved;
+    return Outcome::kTooLong;
+  };
   // Contact of single particles with colliders.
   const Layout& layout = particles_->layout();
   bool changed = false;
@@ -305,13 +311,14 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
     contact_pass_->begin(t, t + h);
   }
 
-  const Step step{t, h, x, x_next};
   load(step);
   find(step);
   const bool touches = std::ranges::any_of(contacts_, &ContactPoint::active);
   if (!touches) {
+    if (may_be_halved && pass_through(step)) return too_long();
     warm_start_.clear();
-    return changed;
+    if (!refusal_.empty()) return Outcome::kFailed;
+    return changed ? Outcome::kChanged : Outcome::kUnchanged;
   }
   if (joints_) {
     joints_->begin(body_collision_, solver_bodies_, entered_, t + h, x_next);
@@ -319,13 +326,14 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
     resting_solver_.set_joints(joints_.get());
   }
   const double unconverged = solve(h);
-  if (particles_->pool().gives_up(0)) return true;
-  counts_.unconverged = std::max(counts_.unconverged, unconverged);
+  if (particles_->pool().gives_up(0)) return Outcome::kChanged;
   const bool bounded = bound_moves(h);
   if (joints_) project_moves();
   fit_moves(bounded);
   separate(t + h);
-  if (particles_->pool().gives_up(0)) return true;
+  if (particles_->pool().gives_up(0)) return Outcome::kChanged;
+  if (may_be_halved && pass_through(step)) return too_long();
+  counts_.unconverged = std::max(counts_.unconverged, unconverged);
   const auto energy = [&] {
     return particles_->kinetic_energy(t + h, x_next) + particles_->potential_energy(t + h, x_next);
   };
@@ -334,7 +342,7 @@ bool RigidContact::resolve(double t, double h, const double* x, double* x_next) 
   if (joints_ && !joints_->store(x_next)) refusal_ = joints_->refusal();
   work_ += before - energy();
   store_warm_start();
-  return true;
+  return refusal_.empty() ? Outcome::kChanged : Outcome::kFailed;
 }
 
 // Stores the impulses of this step for the next.

@@ -9,6 +9,7 @@
 #include "body_joints.h"
 #include "contact_solver.h"
 #include "core/particles/explicit/contact_pass.h"
+#include "core/particles/step_correction.h"
 #include "resting_solver.h"
 
 namespace sim {
@@ -32,8 +33,9 @@ class RigidContact {
   RigidContact(BodyCollision body_collision, Particles& particles,
                ConstraintSystem* constraint_system = nullptr, double tolerance = kToRounding);
 
-  // True if it changed x_next. Without constraints it resolves single particles with colliders too.
-  bool resolve(double t, double h, const double* x, double* x_next);
+  using Step = StepCorrection::Step;
+  // Without constraints it resolves single particles with colliders too.
+  StepCorrection::Outcome resolve(const Step& step);
   // The reason why the last step has no solution; empty if it has one.
   const std::string& refusal() const { return refusal_; }
 
@@ -48,6 +50,7 @@ class RigidContact {
     int most = 0;            // points that touched at once
     double fastest = 0;      // m/s, of bodies in contact
     double unconverged = 0;  // m/s, the last change of the solver where it did not get to its end
+    int halved = 0;          // steps, that were too long
   };
   const Counts& counts() const { return counts_; }
 
@@ -69,10 +72,6 @@ class RigidContact {
     double low = 0, span = 0;  // m, its end on the axis of the sweep; its radius
     Vec3 center;
     int body = 0;
-  };
-  struct Step {
-    double t, h;
-    const double *x, *x_next;
   };
   int key(int solver_body) const;  // of a body its number, of a particle its id behind those
   void load(const Step& step);
@@ -98,6 +97,7 @@ class RigidContact {
   void fit_moves(bool bounded);
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
   bool stay_apart() const;
+  bool pass_through(const Step& step);
   void separate(double t);
   void store(double* x_next);
   void store_warm_start();

@@ -12,6 +12,9 @@ StepCorrection::Account RigidCorrection::account() const {
                   .figures = {{"points", counts.most}, {"unsettled", counts.unconverged}}};
   if (!account.acted) return account;
   account.words = "bodies touched at up to " + std::to_string(counts.most) + " points";
+  if (counts.halved > 0)
+    account.words += ", " + std::to_string(counts.halved) +
+                     (counts.halved == 1 ? " step" : " steps") + " halved";
   // Bounds on the residual of a solver that did not converge: to be reported, and to be distrusted.
   constexpr double kSaid = 1e-6, kDoubted = 1e-3;
   if (counts.unconverged > kSaid * counts.fastest)

@@ -12,11 +12,7 @@ class RigidCorrection final : public StepCorrection {
                   ConstraintSystem* constraint_system, double tolerance)
       : contact_(std::move(body_collision), particles, constraint_system, tolerance) {}
 
-  Outcome apply(const Step& step) override {
-    const bool changed = contact_.resolve(step.t, step.h, step.x, step.x_next);
-    if (!contact_.refusal().empty()) return Outcome::kFailed;
-    return changed ? Outcome::kChanged : Outcome::kUnchanged;
-  }
+  Outcome apply(const Step& step) override { return contact_.resolve(step); }
   std::string failure() const override { return contact_.refusal(); }
   std::string title() const override { return "contact of rigid bodies"; }
   std::string remedy() const override { return "give the bodies touches = false"; }
