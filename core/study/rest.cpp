@@ -136,7 +136,7 @@ double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iteration
 
 // With kinetic damping, see the header.
 Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& stop) {
-  constexpr std::int64_t kLongest = 30'000, kMore = 500;  // after forces are good
+  constexpr std::int64_t kMostSteps = 30'000, kMore = 500;  // after forces are good
   constexpr double kWait = 30;                            // s; who waits longer runs the scene
   constexpr int kIdle = 100;                              // peaks without a clearly smaller force
   constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
@@ -169,7 +169,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   bool far = false;
   std::int64_t good_since = -1;
   simulation.stop_when(stop);
-  for (std::int64_t& steps = rest.effort.steps; steps < kLongest && !far; ++steps) {
+  for (std::int64_t& steps = rest.effort.steps; steps < kMostSteps && !far; ++steps) {
     if (stop && stop()) {
       rest.why = "interrupted";
       break;

@@ -7,9 +7,11 @@ namespace sim {
 StepCorrection::Account RigidCorrection::account() const {
   const RigidContact::Counts& counts = contact_.counts();
   const bool surfaces = contact_.body_collision().leaves_some_out();
-  Account account{.words = surfaces ? "bodies touched nothing rigid" : "bodies touched nothing",
-                  .acted = counts.most > 0,
-                  .figures = {{"points", counts.most}, {"unsettled", counts.unconverged}}};
+  Account account{
+      .words = surfaces ? "bodies touched nothing rigid" : "bodies touched nothing",
+      .acted = counts.most > 0,
+      .figures = {
+          {"points", counts.most}, {"unsettled", counts.unconverged}, {"halved", counts.halved}}};
   if (!account.acted) return account;
   account.words = "bodies touched at up to " + std::to_string(counts.most) + " points";
   if (counts.halved > 0)
