@@ -10,7 +10,7 @@ constexpr int kMostSteps = 150;    // proximal ones
 constexpr int kMostNewton = 25;    // of one step
 constexpr int kQuick = 6;          // Newton iterations after which s may grow
 constexpr int kMostHalvings = 10;  // of an iteration
-constexpr double kFirstWeight = 100, kLeastWeight = 1, kMostWeight = 1e7;
+constexpr double kLeastWeight = 1, kMostWeight = 1e7;
 constexpr double kGrows = 2, kShrinks = 0.25;
 constexpr double kWorse = 4;                // times the least residual, by rounding: s is too large
 constexpr double kInexact = 0.1;            // of the change of p: what F may be off by
@@ -130,7 +130,8 @@ double ProximalNewton::evaluate(std::span<const double> y, std::span<double> res
   for (std::size_t r = 0; r < points_.size(); ++r) {
     Point& point = points_[r];
     const Vec3 w = velocity(point, y);
-    point.tried = within_law(point.impulse - weight_ * point.step * w, rows_[r].friction, nullptr);
+    point.step_to = point.impulse - weight_ * point.step * w;
+    point.tried = within_law(point.step_to, rows_[r].friction, nullptr);
     add(point, point.tried, rest);
     moved += (point.tried - point.impulse).squaredNorm() / point.step;
   }
@@ -138,7 +139,7 @@ double ProximalNewton::evaluate(std::span<const double> y, std::span<double> res
   return std::sqrt(moved) / weight_;
 }
 
-// I + s G^T P' G at y_.
+// I + s G^T P' G at y_, where F was evaluated last.
 void ProximalNewton::fill_matrix() {
   matrix_.clear();
   for (std::size_t i = 0; BlockLu::kSize * i < y_.size(); ++i) {
@@ -148,10 +149,10 @@ void ProximalNewton::fill_matrix() {
   }
   for (std::size_t r = 0; r < points_.size(); ++r) {
     const Point& point = points_[r];
+    if (point.tried == Vec3()) continue;
     const double s = weight_ * point.step;
     Mat3 slope;
-    const Vec3 p = within_law(point.impulse - s * velocity(point, y_), rows_[r].friction, &slope);
-    if (p == Vec3()) continue;
+    within_law(point.step_to, rows_[r].friction, &slope);
     for (std::size_t b = 0; b < 2; ++b) {
       const Side& with = point.side[b];
       if (with.body < 0) continue;
@@ -223,7 +224,7 @@ double ProximalNewton::solve(std::span<const SolverBody> bodies, std::span<const
   double least = HUGE_VAL, heaviest = kMostWeight, lightest = HUGE_VAL;
   for (const Point& point : points_) lightest = std::min(lightest, point.step);
   const double fine = goal.tolerance * std::sqrt(lightest);  // as a motion
-  weight_ = kFirstWeight;
+  weight_ = goal.first_weight;
   left_ = static_cast<int>(std::min(goal.factors, factors));
   best_.resize(points_.size());
   for (int step = 0; step < kMostSteps && left_ > 0 && !gives_up(); ++step) {

@@ -26,6 +26,7 @@ class ProximalNewton {
   struct Goal {
     double tolerance = 0;       // m/s
     std::size_t factors = 400;  // the most factorisations
+    double first_weight = 100;  // s of the first step; the nearer the solution, the larger it pays
   };
   // Solves from the impulses of the rows, which are applied to the bodies. `moving`: the bodies of
   // the island. Returns the residual of impulses(), m/s, infinite if factorisation is too much
@@ -42,10 +43,10 @@ class ProximalNewton {
   };
   struct Point {
     Side side[2];
-    Vec3 free;             // m/s, without impulses
-    double step = 0;       // kg: s at the weight 1, the inverse of the mean response
-    Vec3 impulse, tried;   // N s: p_k, and P(p_k - s w)
-    std::size_t entry[4];  // of the matrix: both bodies with both
+    Vec3 free;                     // m/s, without impulses
+    double step = 0;               // kg: s at the weight 1, the inverse of the mean response
+    Vec3 impulse, step_to, tried;  // N s: p_k, p_k - s w, and P(p_k - s w) at the last y
+    std::size_t entry[4];          // of the matrix: both bodies with both
   };
 
   void load(std::span<const SolverBody> bodies, std::span<const ContactRow> rows,

@@ -17,6 +17,7 @@ constexpr double kCloser = 0.2;  // of the tolerance, for that: a sweep sums wha
 // factorisations, and so finely that the next steps find nothing to solve.
 constexpr double kNearly = 100, kFinely = 1e-3;  // tolerances
 constexpr std::size_t kQuickFactors = 20;
+constexpr double kQuickWeight = 1000;
 constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
 constexpr std::size_t kWorthThreads = 256;    // rows and equations
 constexpr double kWorthSweeps = 2;            // by a solve before
@@ -138,7 +139,7 @@ double RestingSolver::solve_island(Bodies bodies, Island& island, double toleran
       if (!best) put(mixing.best());
       const std::span<ContactRow> of = std::span(rows_).subspan(island.begin, rows);
       const ProximalNewton::Goal goal =
-          rests ? ProximalNewton::Goal{kFinely * tolerance, kQuickFactors}
+          rests ? ProximalNewton::Goal{kFinely * tolerance, kQuickFactors, kQuickWeight}
                 : ProximalNewton::Goal{kCloser * tolerance};
       if (newton.solve(bodies, of, island.bodies, goal, gives_up) < least)
         for (std::size_t r = 0; r < rows; ++r) {
