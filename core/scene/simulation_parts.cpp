@@ -248,9 +248,10 @@ bool Simulation::Impl::correct(double t, double h) {
 
 bool Simulation::Impl::step_in_halves(double t, double h, int halvings) {
   constexpr int kMostHalvings = 10;
-  const double half = 0.5 * h, middle = t + half;
-  for (const double begin : {t, middle}) {
-    if (begin == middle) std::swap(x, x_next);
+  const double half = 0.5 * h;
+  for (const int part : {0, 1}) {
+    const double begin = t + part * half;
+    if (part == 1) std::swap(x, x_next);
     begin_contact(begin);
     integrator->restart(begin, half, x.data());
     const StepStatus status = integrator->step(*system, begin, half, x.data(), x_next.data());
@@ -272,7 +273,7 @@ StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool 
   };
   const auto refuse = [&](const std::string& why) { return fail(StepStatus::kNotAllowed, why); };
   // The memories of earlier corrections are restored if a later one gives the step up.
-  const bool may_undo = (stop || may_be_halved) && corrections.size() > 1;
+  const bool may_undo = stop && corrections.size() > 1;
   const ContactWork work_before = contact_work;
   std::vector<std::vector<double>> memories;
   const auto undo = [&] {
@@ -284,13 +285,14 @@ StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool 
     undo();
     return fail(StepStatus::kStopped, "");
   };
+  bool remembered = false;  // the step, by one that remembers steps: it is not halved any more
   for (const auto& correction : corrections) {
     if (system->cancellation().gives_up()) return give_up();
     if (may_undo) memories.push_back(correction->memory());
     begin_books();
     Outcome outcome = Outcome::kFailed;
     try {
-      outcome = correction->apply({t, h, x.data(), x_next.data(), may_be_halved});
+      outcome = correction->apply({t, h, x.data(), x_next.data(), may_be_halved && !remembered});
     } catch (...) {
       restart();
       rethrow_in_step();
@@ -307,6 +309,7 @@ StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool 
       integrator->restart(t + h, h, x_next.data());
     }
     contact_work.lost += correction->take_dissipation(late_books(t, h));
+    remembered = remembered || correction->has_memory();
   }
   return Outcome::kChanged;
 }
