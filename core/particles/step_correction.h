@@ -27,8 +27,8 @@ class StepCorrection {
   enum class Outcome { kUnchanged, kChanged, kTooLong, kFailed };
   // Projects x_next onto the states that it allows; kUnchanged: x_next keeps its bits. A pure
   // function of the step and of memory(), bit for bit. A long one asks
-  // ThreadPool::gives_up(), and then ends with its memory and its account as they were, as one that
-  // is too long does.
+  // ThreadPool::gives_up(), and then ends with its memory and its account as they were. One that is
+  // too long leaves its memory, and of its account all but the number of these.
   virtual Outcome apply(const Step& step) = 0;
   virtual std::string failure() const { return {}; }  // after kFailed: why, in one sentence
 

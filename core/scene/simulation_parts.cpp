@@ -276,16 +276,13 @@ StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool 
   const bool may_undo = stop && corrections.size() > 1;
   const ContactWork work_before = contact_work;
   std::vector<std::vector<double>> memories;
-  const auto undo = [&] {
+  const auto give_up = [&] {
     for (std::size_t i = 0; i < memories.size(); ++i)
       if (corrections[i]->has_memory()) corrections[i]->recall(memories[i]);
     contact_work = work_before;
-  };
-  const auto give_up = [&] {
-    undo();
     return fail(StepStatus::kStopped, "");
   };
-  bool remembered = false;  // the step, by one that remembers steps: it is not halved any more
+  bool remembered = false;  // a correction stored the step, so that it is not halved any more
   for (const auto& correction : corrections) {
     if (system->cancellation().gives_up()) return give_up();
     if (may_undo) memories.push_back(correction->memory());
@@ -300,7 +297,7 @@ StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool 
     if (system->gave_up()) return give_up();
     if (outcome == Outcome::kFailed) return refuse(correction->failure());
     if (outcome == Outcome::kTooLong) {
-      undo();
+      contact_work = work_before;
       return outcome;
     }
     if (outcome == Outcome::kChanged) {

@@ -137,8 +137,8 @@ double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iteration
 // With kinetic damping, see the header.
 Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr std::int64_t kMostSteps = 30'000, kMore = 500;  // after forces are good
-  constexpr double kWait = 30;                            // s; who waits longer runs the scene
-  constexpr int kIdle = 100;                              // peaks without a clearly smaller force
+  constexpr double kWait = 30;                              // s; who waits longer runs the scene
+  constexpr int kIdle = 100;                                // peaks without a clearly smaller force
   constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   constexpr double kFound = 1e-6, kBetter = 0.9;
   constexpr double kSettles = 1e-6;  // of the size, by which rods and bodies are led back

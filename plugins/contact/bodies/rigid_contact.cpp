@@ -291,7 +291,8 @@ StepCorrection::Outcome RigidContact::resolve(const Step& step) {
   using Outcome = StepCorrection::Outcome;
   const auto [t, h, x, x_next, may_be_halved] = step;
   refusal_.clear();
-  const auto too_long = [this] {
+  const auto too_long = [this, before = counts_] {
+    counts_ = before;
     ++counts_.halved;
     return Outcome::kTooLong;
   };
