@@ -46,6 +46,13 @@ class ThreadPool {
     });
   }
 
+  // The same with one item a grain; the caller alone does fewer than `many`.
+  template <class Body>
+  void run_if_many(int n, int many, const Body& body) {
+    if (n < many) return body(0, n);
+    run_parts(n, 1, body);
+  }
+
   // The step that runs are parts of, which outlives them; without one none is ever given up.
   void serve(Cancellation& step) { step_ = &step; }
   // Asked by body(rank) between two pieces of its work: true where what it does is worth nothing.

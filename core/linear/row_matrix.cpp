@@ -185,7 +185,7 @@ void RowMatrix::analyse(const std::vector<std::vector<int>>& columns) {
 // Threads take components in their order, so that each has about as much work.
 template <class Body>
 void RowMatrix::for_each(const Body& body) {
-  constexpr std::size_t kWorthThreads = 20'000;  // numbers of L
+  constexpr std::size_t kWorthThreads = 10'000;  // numbers of L
   if (!pool_ || components_.size() < 2 || rows_.size() < kWorthThreads) {
     for (Component& each : components_) body(each);
     return;

@@ -158,3 +158,17 @@ TEST_CASE("separate rows have the same bits on any number of threads") {
     row += rows;
   }
 }
+
+TEST_CASE("rows may be cut where no node has rows on both sides", "[constraint]") {
+  sim::RowPattern pattern;
+  CHECK(pattern.cuts() == std::vector<int>{0});
+  pattern.add({4, 5});  // a chain
+  pattern.add({5, 2});
+  pattern.add({0});  // alone
+  pattern.add({7, 8});
+  pattern.add({1});  // alone, but between rows of 8
+  pattern.add({8, 3});
+  pattern.add({3, 9});
+  pattern.add({6});
+  CHECK(pattern.cuts() == std::vector<int>{0, 2, 3, 7, 8});
+}

@@ -39,6 +39,8 @@ ConstraintSolver::ConstraintSolver(const Constraints& constraints, ThreadPool* p
       trial_(3 * constraints.weights().size()),
       curvature_(constraints) {
   matrix_.share(pool);
+  values_.share(pool);
+  other_.share(pool);
 }
 
 bool ConstraintSolver::evaluate(double t, ParticleView like, const Axes& q, const Axes& v,

@@ -16,6 +16,7 @@ void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string&
   const auto memory = static_cast<std::size_t>(constraint->internal_size());
   rows_.parts.push_back({constraint.get(), 0, 0, memory_, memory});
   append_rows(rows_.parts.back());
+  rows_.cuts = rows_.pattern.cuts();
   SIM_ASSERT(
       std::ranges::all_of(rows_.pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));
   memory_ += (memory + kLine - 1) / kLine * kLine;
@@ -39,6 +40,7 @@ void Constraints::append_rows(RowList::Part& part) {
 void Constraints::refresh() {
   rows_.pattern = {};
   for (RowList::Part& part : rows_.parts) append_rows(part);
+  rows_.cuts = rows_.pattern.cuts();
 }
 
 void Constraints::set_masses(std::span<const double> masses) {

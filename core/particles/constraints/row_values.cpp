@@ -73,32 +73,48 @@ double RowValues::largest_phi() const {
   return most;
 }
 
-void RowValues::times(const double* const v[3], double* out) const {
-  const RowPattern& pattern = list_->pattern;
-  for (std::size_t r = 0; r < phi_.size(); ++r) {
-    double sum = 0;
-    for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
-      const auto at = static_cast<std::size_t>(e);
-      const int i = pattern.ids[at];
-      const Vec3& g = gradient_[at];
-      sum += g.x() * v[0][i] + g.y() * v[1][i] + g.z() * v[2][i];
-    }
-    out[r] = sum;
-  }
+template <class Body>
+void RowValues::for_parts(int n, const Body& body) const {
+  constexpr int kWorthThreads = 512;  // rows, or parts of them
+  if (pool_)
+    pool_->run_if_many(n, kWorthThreads, body);
+  else
+    body(0, n);
 }
 
+void RowValues::times(const double* const v[3], double* out) const {
+  const RowPattern& pattern = list_->pattern;
+  for_parts(list_->rows(), [&](int begin, int end) {
+    for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r) {
+      double sum = 0;
+      for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
+        const auto at = static_cast<std::size_t>(e);
+        const int i = pattern.ids[at];
+        const Vec3& g = gradient_[at];
+        sum += g.x() * v[0][i] + g.y() * v[1][i] + g.z() * v[2][i];
+      }
+      out[r] = sum;
+    }
+  });
+}
+
+// Rows of different parts share no particle.
 void RowValues::add_transposed(const double* lambda, const double* weights,
                                double* const v[3]) const {
   const RowPattern& pattern = list_->pattern;
-  for (std::size_t r = 0; r < phi_.size(); ++r)
-    for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
-      const auto at = static_cast<std::size_t>(e);
-      const int i = pattern.ids[at];
-      const double s = weights[i] * lambda[r];
-      v[0][i] += s * gradient_[at].x();
-      v[1][i] += s * gradient_[at].y();
-      v[2][i] += s * gradient_[at].z();
-    }
+  const std::vector<int>& cuts = list_->cuts;
+  for_parts(static_cast<int>(cuts.size()) - 1, [&](int first, int last) {
+    const auto end = static_cast<std::size_t>(cuts[static_cast<std::size_t>(last)]);
+    for (auto r = static_cast<std::size_t>(cuts[static_cast<std::size_t>(first)]); r < end; ++r)
+      for (int e = pattern.begin[r]; e < pattern.begin[r + 1]; ++e) {
+        const auto at = static_cast<std::size_t>(e);
+        const int i = pattern.ids[at];
+        const double s = weights[i] * lambda[r];
+        v[0][i] += s * gradient_[at].x();
+        v[1][i] += s * gradient_[at].y();
+        v[2][i] += s * gradient_[at].z();
+      }
+  });
 }
 
 }  // namespace sim

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/thread_pool.h"
 #include "core/particles/constraint.h"
 
 namespace sim {
@@ -19,6 +20,7 @@ struct RowList {
   };
   std::vector<Part> parts;
   RowPattern pattern;
+  std::vector<int> cuts;  // of the pattern
 
   int rows() const { return pattern.rows(); }
   const Part& part_of(int row) const;
@@ -34,6 +36,8 @@ struct RowList {
 class RowValues {
  public:
   explicit RowValues(const RowList& list);
+  // Threads share the products of J, with the same bits; null: the caller alone.
+  void share(ThreadPool* pool) { pool_ = pool; }
 
   // memory: of all constraints. False if a number is not finite. The rows are as many as the list
   // has now, never more than at first.
@@ -52,8 +56,12 @@ class RowValues {
 
  private:
   void resize();
+  // Calls body(begin, end) for parts of n items, on the threads if there are many rows.
+  template <class Body>
+  void for_parts(int n, const Body& body) const;
 
   const RowList* list_;
+  ThreadPool* pool_ = nullptr;
   std::vector<double> phi_, drive_, bias_;
   std::vector<Vec3> gradient_;
 };

@@ -24,7 +24,7 @@ GenericSplittingStepper::GenericSplittingStepper(Particles& particles, const Spl
   if (!particles.contacts().empty() && !constraint_system)
     contact_pass_.emplace(particles, plan.order == 1);
   if (constraint_system) {
-    solver_.emplace(constraint_system->constraints());
+    solver_.emplace(constraint_system->constraints(), &particles.pool());
     kicked_ = Array(half_.size());
     weights_.resize(plan.kick.size(), std::vector<double>(static_cast<std::size_t>(one_.n())));
   }

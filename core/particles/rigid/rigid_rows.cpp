@@ -15,11 +15,13 @@ RowPattern RigidRows::pattern() const {
 
 // phi = s (d_k.d_l - [k = l]), halved for k = l, with s the smaller of both extents, so that it is
 // in m.
-void RigidRows::evaluate(const ParticleView& view, const Rows& rows) const {
+void RigidRows::evaluate_some(const ParticleView& view, const Rows& rows, int begin,
+                              int end) const {
   constexpr std::size_t kPairs[kRows][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};
-  std::size_t row = 0;
-  Vec3* gradient = rows.gradient;
-  for (const RigidBody& body : bodies_) {
+  auto row = static_cast<std::size_t>(kRows * begin);
+  Vec3* gradient = rows.gradient + kRows * RigidBody::kParticles * begin;
+  for (int i = begin; i < end; ++i) {
+    const RigidBody& body = bodies_[static_cast<std::size_t>(i)];
     const Vec3& extent = body.extent();
     const auto [d, rate] =
         body.directors(view, view.position(body.first()), view.velocity(body.first()));
@@ -33,6 +35,16 @@ void RigidRows::evaluate(const ParticleView& view, const Rows& rows) const {
                                RigidBody::sign(p, l) / (4 * extent[l]) * d[k]);
     }
   }
+}
+
+void RigidRows::evaluate(const ParticleView& view, const Rows& rows) const {
+  constexpr int kWorthThreads = 256;  // bodies
+  const int bodies = static_cast<int>(bodies_.size());
+  const auto some = [&](int begin, int end) { evaluate_some(view, rows, begin, end); };
+  if (pool_)
+    pool_->run_if_many(bodies, kWorthThreads, some);
+  else
+    some(0, bodies);
 }
 
 }  // namespace sim

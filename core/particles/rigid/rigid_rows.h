@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/thread_pool.h"
 #include "core/particles/constraint.h"
 #include "core/particles/rigid/rigid_body.h"
 
@@ -14,7 +15,9 @@ namespace sim {
 // multipliers is nearly diagonal.
 class RigidRows final : public Constraint {
  public:
-  explicit RigidRows(std::vector<RigidBody> bodies) : bodies_(std::move(bodies)) {}
+  // pool: its threads share the bodies; null: the caller's alone.
+  explicit RigidRows(std::vector<RigidBody> bodies, ThreadPool* pool = nullptr)
+      : bodies_(std::move(bodies)), pool_(pool) {}
 
   RowPattern pattern() const override;
   void evaluate(const ParticleView& view, const Rows& rows) const override;
@@ -23,7 +26,10 @@ class RigidRows final : public Constraint {
  private:
   static constexpr int kRows = 6;
 
+  void evaluate_some(const ParticleView& view, const Rows& rows, int begin, int end) const;
+
   std::vector<RigidBody> bodies_;
+  ThreadPool* pool_;
 };
 
 }  // namespace sim

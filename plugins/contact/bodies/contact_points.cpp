@@ -9,6 +9,9 @@ namespace sim {
 namespace {
 
 constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
+constexpr double kSkin = 0.1;               // of a radius: bodies that move less keep their pairs
+constexpr std::size_t kManyPairs = 256;     // that threads share
+constexpr int kManyBodies = 256;
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
 // The search margin of a solver body, m, which includes the motion that impulses may add.
@@ -76,8 +79,9 @@ RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
   reach_.reserve(most);
   solver_bodies_.reserve(most);
   moved_bodies_.reserve(most);
+  balls_.resize(static_cast<std::size_t>(body_collision_.bodies()));
   for (int i = 0; i < body_collision_.bodies(); ++i)
-    if (body_collision_.touches(i)) balls_.emplace_back().body = i;
+    if (body_collision_.touches(i)) broad_phase_.take(i);
   for (int p = 0; p < body_collision_.singles(); ++p)
     if (!body_collision_.leaves_out(p)) loose_.push_back(p);
 }
@@ -109,7 +113,7 @@ void RigidContact::load(const Step& step) {
   const auto bodies = static_cast<std::size_t>(body_collision_.bodies());
   reach_.resize(bodies);
   solver_bodies_.resize(bodies);
-  for (std::size_t i = 0; i < bodies; ++i) {
+  const auto load_one = [&](std::size_t i) {
     Reach& reach = reach_[i];
     const RigidBody& body = body_collision_.body(static_cast<int>(i));
     reach.before = body.state(from);
@@ -122,10 +126,13 @@ void RigidContact::load(const Step& step) {
     SolverBody& solver_body = solver_bodies_[i] = {};
     solver_body.velocity = reach.after.velocity;
     solver_body.angular_velocity = reach.after.angular_velocity;
-    if (reach.fixed) continue;
+    if (reach.fixed) return;
     solver_body.inverse_mass = 1 / body.mass();
     solver_body.inverse_inertia = body.inverse_inertia(reach.after);
-  }
+  };
+  particles_->pool().run_if_many(body_collision_.bodies(), kManyBodies, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) load_one(static_cast<std::size_t>(i));
+  });
   passed_on_ = 0;
   for (std::size_t i = 0; i < bodies; ++i)
     if (body_collision_.surface(static_cast<int>(i)).restitution > 0)
@@ -161,7 +168,7 @@ int RigidContact::enter(int particle, int body, const Step& step) {
 }
 
 void RigidContact::add_contact(const ManifoldPoint& point, int first, int second, int collider,
-                               const Step& step, double left) {
+                               const Step& step, double left, Found& found) const {
   const double t = step.t, h = step.h;
   const auto f = static_cast<std::size_t>(first);
   ContactPoint m;
@@ -226,7 +233,7 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
     m.duration = rate < 0 ? std::clamp(m.gap / rate, 0.0, h) : duration;
   }
   apply_warm_start(m);
-  contacts_.push_back(m);
+  found.contacts.push_back(m);
 }
 
 // Applies the impulses of the step before.
@@ -248,17 +255,16 @@ void RigidContact::apply_warm_start(ContactPoint& m) const {
 // so that angular momentum is conserved. The time is the same for all, the mean of the active ones:
 // otherwise the arms of two points would belong to no rigid body, and no impulses could make both
 // stick.
-void RigidContact::move_arms(std::size_t begin) {
-  const std::span<ContactPoint> points = std::span(contacts_).subspan(begin);
-  const bool touches = std::ranges::any_of(points, &ContactPoint::active);
+void RigidContact::move_arms(std::span<ContactPoint> of_pair) const {
+  const bool touches = std::ranges::any_of(of_pair, &ContactPoint::active);
   double sum = 0, count = 0;
-  for (const ContactPoint& m : points)
+  for (const ContactPoint& m : of_pair)
     if (m.active || !touches) sum += m.duration, ++count;
   const double duration = sum / count;
   const auto at = [](const RigidState& state, const Vec3& arm) {
     return state.velocity + state.angular_velocity.cross(arm);
   };
-  for (ContactPoint& m : points) {
+  for (ContactPoint& m : of_pair) {
     const RigidState &one = reach_[static_cast<std::size_t>(m.first)].after,
                      &two = reach_[static_cast<std::size_t>(m.second)].after;
     const Vec3 drift = 0.5 * (at(one, m.arm1) + at(two, m.arm2));
@@ -271,7 +277,7 @@ void RigidContact::move_arms(std::size_t begin) {
 // have passed through by then, at the first of some sampled times with contact.
 template <class Collide>
 void RigidContact::add_manifold(int first, int second, int collider, double margin,
-                                const Step& step, const Collide& collide) {
+                                const Step& step, Found& found, const Collide& collide) {
   const Reach& own = reach_[static_cast<std::size_t>(first)];
   double path_length = own.path_length, thin = body_collision_.thinness(first);
   if (second >= 0) {
@@ -281,54 +287,26 @@ void RigidContact::add_manifold(int first, int second, int collider, double marg
   const int trials = static_cast<int>(std::clamp(2 * path_length / thin, 1.0, double{kMostLooks}));
   for (int k = 1; k <= trials; ++k) {
     const double left = static_cast<double>(trials - k) / trials;
-    points_.clear();
+    found.points.clear();
     collide(left, k == trials ? margin : 0.0);
-    if (points_.empty()) continue;
-    const std::size_t begin = contacts_.size();
+    if (found.points.empty()) continue;
+    const std::size_t begin = found.contacts.size();
     reach_[static_cast<std::size_t>(first)].fast |= left > 0;
-    for (const ManifoldPoint& point : points_)
-      add_contact(point, first, second, collider, step, left);
-    if (second >= 0) move_arms(begin);
+    for (const ManifoldPoint& point : found.points)
+      add_contact(point, first, second, collider, step, left, found);
+    if (second >= 0) move_arms(std::span(found.contacts).subspan(begin));
     return;
   }
 }
 
-// Sweep and prune along the axis on which the bodies are spread most (Cohen, Lin, Manocha & Ponamgi
-// (1995)): bodies whose intervals on it overlap, and then whose bounding spheres do.
+// The balls, around bodies at the end of the free step, within which they meet others.
 void RigidContact::find_pairs() {
-  pairs_.clear();
-  Vec3 sum, squares;
-  for (Ball& ball : balls_) {
-    const Reach& reach = reach_[static_cast<std::size_t>(ball.body)];
-    ball.center = reach.after.center;
-    ball.span = reach.radius + margin_of(reach.path_length, reach.radius) + passed_on_;
-    sum += ball.center;
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
+    const Reach& reach = reach_[i];
+    balls_[i].center = reach.after.center;
+    balls_[i].radius = reach.radius + margin_of(reach.path_length, reach.radius) + passed_on_;
   }
-  const Vec3 mean = sum / std::max<double>(1, static_cast<double>(balls_.size()));
-  for (const Ball& ball : balls_)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      squares[axis] += (ball.center[axis] - mean[axis]) * (ball.center[axis] - mean[axis]);
-  // The axis changes only if sorting anew pays; otherwise the order is nearly that of the last
-  // step.
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (squares[axis] > 2 * squares[sweep_axis_]) sweep_axis_ = axis;
-  const std::size_t axis = sweep_axis_;
-  for (Ball& ball : balls_) ball.low = ball.center[axis] - ball.span;
-  for (std::size_t k = 1; k < balls_.size(); ++k)
-    for (std::size_t j = k; j > 0 && balls_[j].low < balls_[j - 1].low; --j)
-      std::swap(balls_[j], balls_[j - 1]);
-  for (std::size_t k = 0; k < balls_.size(); ++k) {
-    const Ball& one = balls_[k];
-    const double high = one.center[axis] + one.span;
-    for (std::size_t l = k + 1; l < balls_.size() && !(balls_[l].low > high); ++l) {
-      const Ball& other = balls_[l];
-      const double reach = one.span + other.span;
-      if ((one.center - other.center).squaredNorm() > reach * reach) continue;
-      if (body_collision_.are_joined(one.body, other.body)) continue;
-      pairs_.emplace_back(std::min(one.body, other.body), std::max(one.body, other.body));
-    }
-  }
-  std::ranges::sort(pairs_);
+  broad_phase_.update(balls_, [&](int i, int j) { return body_collision_.are_joined(i, j); });
 }
 
 // Finds the single particles that may touch bodies, among the balls of the sweep.
@@ -337,32 +315,28 @@ void RigidContact::find_particle_pairs(const Step& step) {
   if (loose_.empty()) return;
   const ParticleView to = particles_->view(step.t + step.h, step.x_next);
   const double path = 2 * step.h * fastest_single_;
-  double widest = 0;
-  for (const Ball& ball : balls_) widest = std::max(widest, ball.span);
   for (const int p : loose_) {
     const Vec3 x = to.position(p);
-    const double low = x[sweep_axis_] - path - 2 * widest, high = x[sweep_axis_] + path;
-    for (auto ball = std::ranges::lower_bound(balls_, low, {}, &Ball::low);
-         ball != balls_.end() && ball->low <= high; ++ball) {
-      const Reach& own = reach_[static_cast<std::size_t>(ball->body)];
+    broad_phase_.each_near(x, path, [&](int body) {
+      const Reach& own = reach_[static_cast<std::size_t>(body)];
       const double most = own.radius + margin_of(own.path_length, own.radius) + path;
-      if ((x - ball->center).squaredNorm() > most * most) continue;
-      if (body_collision_.are_tied(ball->body, p) || (own.fixed && !to.free(p))) continue;
-      particle_pairs_.emplace_back(ball->body, p);
-    }
+      if ((x - own.after.center).squaredNorm() > most * most) return;
+      if (body_collision_.are_tied(body, p) || (own.fixed && !to.free(p))) return;
+      particle_pairs_.emplace_back(body, p);
+    });
   }
   std::ranges::sort(particle_pairs_);
 }
 
-void RigidContact::touch_particle(int body, int particle, const Step& step) {
+void RigidContact::touch_particle(int body, int particle, const Step& step, Found& found) {
   const int second = enter(particle, body, step);
   const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
   const double path_length = reach_of(body).path_length + reach_of(second).path_length;
-  add_manifold(body, second, -1, margin_of(path_length, reach_of(body).radius), step,
+  add_manifold(body, second, -1, margin_of(path_length, reach_of(body).radius), step, found,
                [&](double left, double margin) {
                  body_collision_.find_contacts(body, on_the_way(reach_of(body), left, step.h),
                                                second, on_the_way(reach_of(second), left, step.h),
-                                               margin, points_);
+                                               margin, found.points);
                });
 }
 
@@ -371,7 +345,8 @@ void RigidContact::touch_particle(int body, int particle, const Step& step) {
 // only free ways are looked at.
 bool RigidContact::pass_through(const Step& step) {
   const double h = step.h;
-  for (const auto& [i, j] : pairs_) {
+  std::vector<ManifoldPoint>& points = found_[0].points;
+  for (const auto& [i, j] : broad_phase_.pairs()) {
     const auto first = static_cast<std::size_t>(i), second = static_cast<std::size_t>(j);
     const Reach &one = reach_[first], &two = reach_[second];
     const SolverBody &own = solver_bodies_[first], &other = solver_bodies_[second];
@@ -386,11 +361,11 @@ bool RigidContact::pass_through(const Step& step) {
     if (path <= thin || !comes_within(one.radius + two.radius, start, end)) continue;
     if (2 * path > kMostLooks * thin) return true;
     const auto overlap = [&](double left) {
-      points_.clear();
+      points.clear();
       body_collision_.find_contacts(i, on_the_way(one, own, left, h), j,
-                                    on_the_way(two, other, left, h), 0, points_);
+                                    on_the_way(two, other, left, h), 0, points);
       double deepest = 0;
-      for (const ManifoldPoint& point : points_) deepest = std::max(deepest, -point.gap);
+      for (const ManifoldPoint& point : points) deepest = std::max(deepest, -point.gap);
       return deepest;
     };
     const int looks = std::max(2, static_cast<int>(2 * path / thin));
@@ -400,55 +375,90 @@ bool RigidContact::pass_through(const Step& step) {
   return false;
 }
 
-// Finds all pairs in ascending order; for each solver body first those with colliders.
-void RigidContact::find(const Step& step) {
-  contacts_.clear();
+// Finds the contacts of one body: with colliders, then with bodies behind it, in ascending order,
+// and with single particles.
+void RigidContact::find_of(int body, const Step& step, Found& found) {
   const double h = step.h, end = step.t + h;
   const auto colliders = particles_->contacts().all();
   const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
   const auto margin_to = [&](const Reach& reach) {
     return margin_of(reach.path_length, reach.scale);
   };
-  find_pairs();
-  find_particle_pairs(step);
-  auto pair = pairs_.cbegin();
-  auto of_particle = particle_pairs_.cbegin();
-  for (int i = 0; i < body_collision_.bodies(); ++i) {
-    if (!body_collision_.touches(i)) continue;
-    if (!reach_of(i).fixed)
-      for (std::size_t c = colliders.size(); c-- > 0;) {
-        const Collider& solid = *colliders[c];
-        const double margin =
-            margin_to(reach_of(i)) + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
-        if (solid.query(end, reach_of(i).after.center).gap > reach_of(i).radius + margin) continue;
-        add_manifold(i, -1, static_cast<int>(c), margin, step, [&](double left, double margin_now) {
-          body_collision_.find_contacts(i, on_the_way(reach_of(i), left, h), c, end - left * h,
-                                        margin_now, points_);
-        });
-      }
-    for (; pair != pairs_.cend() && pair->first == i; ++pair) {
-      const int j = pair->second;
-      if (reach_of(i).fixed && reach_of(j).fixed) continue;
-      add_manifold(i, j, -1, margin_to(reach_of(i)) + margin_to(reach_of(j)) + 2 * passed_on_, step,
-                   [&](double left, double margin) {
-                     body_collision_.find_contacts(i, on_the_way(reach_of(i), left, h), j,
-                                                   on_the_way(reach_of(j), left, h), margin,
-                                                   points_);
+  const Reach& own = reach_of(body);
+  if (!own.fixed)
+    for (std::size_t c = colliders.size(); c-- > 0;) {
+      const Collider& solid = *colliders[c];
+      const double margin =
+          margin_to(own) + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
+      if (solid.query(end, own.after.center).gap > own.radius + margin) continue;
+      add_manifold(body, -1, static_cast<int>(c), margin, step, found,
+                   [&](double left, double margin_now) {
+                     body_collision_.find_contacts(body, on_the_way(reach_of(body), left, h), c,
+                                                   end - left * h, margin_now, found.points);
                    });
     }
-    for (; of_particle != particle_pairs_.cend() && of_particle->first == i; ++of_particle)
-      touch_particle(i, of_particle->second, step);
+  for (const auto& [i, j] : broad_phase_.pairs_of(body)) {
+    const Reach& other = reach_of(j);
+    if (!SweepAndPrune::meet(balls_[static_cast<std::size_t>(i)],
+                             balls_[static_cast<std::size_t>(j)]))
+      continue;
+    if (own.fixed && other.fixed) continue;
+    add_manifold(i, j, -1, margin_to(own) + margin_to(other) + 2 * passed_on_, step, found,
+                 [&, i = i, j = j](double left, double margin) {
+                   body_collision_.find_contacts(i, on_the_way(own, left, h), j,
+                                                 on_the_way(other, left, h), margin, found.points);
+                 });
   }
+  for (const auto& [i, particle] :
+       std::ranges::equal_range(particle_pairs_, body, {}, &std::pair<int, int>::first))
+    touch_particle(i, particle, step, found);
+}
+
+// Threads take bodies in their order, so that each has about as many pairs; not where particles
+// become solver bodies, which have the order in which they are found.
+void RigidContact::find(const Step& step) {
+  find_pairs();
+  find_particle_pairs(step);
+  ThreadPool& pool = particles_->pool();
+  const int bodies = body_collision_.bodies();
+  const auto pairs = broad_phase_.pairs();
+  const bool shared = particle_pairs_.empty() && pairs.size() >= kManyPairs;
+  const int ranks = shared ? pool.size() : 1;
+  found_.resize(static_cast<std::size_t>(pool.most()));
+  const auto begin_of = [&](int rank) {
+    if (rank == 0 || rank == ranks) return rank == 0 ? 0 : bodies;
+    return pairs[pairs.size() * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks)]
+        .first;
+  };
+  const auto find_some = [&](int rank) {
+    Found& found = found_[static_cast<std::size_t>(rank)];
+    found.contacts.clear();
+    const int end = begin_of(rank + 1);
+    for (int i = begin_of(rank); i < end; ++i)
+      if (body_collision_.touches(i)) find_of(i, step, found);
+  };
+  if (shared)
+    pool.run(find_some);
+  else
+    find_some(0);
   // Particles pushed by bodies may touch colliders; all others are resolved already.
+  Found& first = found_[0];
   const int all = static_cast<int>(solver_bodies_.size());
-  for (int i = body_collision_.bodies(); i < all; ++i) {
-    if (reach_of(i).fixed) continue;
-    for (std::size_t c = colliders.size(); c-- > 0;) {
-      points_.clear();
-      body_collision_.find_contacts(i, reach_of(i).after, c, end, margin_to(reach_of(i)), points_);
-      for (const ManifoldPoint& point : points_)
-        add_contact(point, i, -1, static_cast<int>(c), step, 0);
+  for (int i = bodies; i < all; ++i) {
+    const Reach& reach = reach_[static_cast<std::size_t>(i)];
+    if (reach.fixed) continue;
+    for (std::size_t c = particles_->contacts().all().size(); c-- > 0;) {
+      first.points.clear();
+      body_collision_.find_contacts(i, reach.after, c, step.t + step.h,
+                                    margin_of(reach.path_length, reach.scale), first.points);
+      for (const ManifoldPoint& point : first.points)
+        add_contact(point, i, -1, static_cast<int>(c), step, 0, first);
     }
+  }
+  contacts_.swap(first.contacts);
+  for (int rank = 1; rank < ranks; ++rank) {
+    const std::vector<ContactPoint>& more = found_[static_cast<std::size_t>(rank)].contacts;
+    contacts_.insert(contacts_.end(), more.begin(), more.end());
   }
 }
 

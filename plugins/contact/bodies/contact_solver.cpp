@@ -59,9 +59,9 @@ Vec3 ContactSolver::velocity(std::span<const SolverBody> solver_bodies,
          (contact.second >= 0 ? of(contact.second, contact.arm2) : contact.ground);
 }
 
-void ContactSolver::prepare(std::span<SolverBody> solver_bodies,
-                            std::span<ContactPoint> contacts) const {
-  for (ContactPoint& m : contacts) {
+void ContactSolver::prepare(std::span<const SolverBody> solver_bodies,
+                            std::span<ContactPoint> contacts, ThreadPool& pool) const {
+  const auto prepare_one = [&](ContactPoint& m) {
     const Vec3& n = m.normal;
     const Vec3 side = n.cross(std::fabs(n.x()) < 0.8 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
     m.u = side / side.norm();
@@ -81,7 +81,11 @@ void ContactSolver::prepare(std::span<SolverBody> solver_bodies,
     const double diagonal = soft((m.u + m.v) / std::sqrt(2.0)), u = soft(m.u), v = soft(m.v);
     const double mixed = diagonal - 0.5 * (u + v);
     m.inverse_mass_t = 0.5 * (u + v) + std::sqrt(0.25 * (u - v) * (u - v) + mixed * mixed);
-  }
+  };
+  constexpr int kWorthThreads = 1024;  // points
+  pool.run_if_many(static_cast<int>(contacts.size()), kWorthThreads, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) prepare_one(contacts[static_cast<std::size_t>(k)]);
+  });
 }
 
 // The groups of joints of both sides, -1: none.

@@ -83,7 +83,8 @@ class ContactSolver {
 
   // Computes the effective masses and tangent directions of contacts; the active ones take part in
   // the solves that follow.
-  void prepare(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts) const;
+  void prepare(std::span<const SolverBody> solver_bodies, std::span<ContactPoint> contacts,
+               ThreadPool& pool) const;
 
   // Resolves the impacts in a step of length h in order of their time of impact, including those
   // caused by earlier impulses, each by the laws of its sides. Simultaneous impacts are solved pair

@@ -20,8 +20,6 @@ constexpr std::size_t kQuickFactors = 20;
 constexpr double kQuickWeight = 1000;
 constexpr std::size_t kMostWork = 4'000'000;  // rows visited, of one island
 constexpr std::size_t kWorthThreads = 256;    // rows and equations
-constexpr double kWorthSweeps = 2;            // by a solve before
-constexpr double kForgets = 0.8;              // some three solves are made in a step
 constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -54,7 +52,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
     if (island < 0) {
       island = static_cast<int>(count_++);
       if (islands_.size() < count_) islands_.emplace_back();
-      islands_[count_ - 1].end = islands_[count_ - 1].visits = 0;
+      islands_[count_ - 1].end = 0;
       islands_[count_ - 1].bodies.clear();
       islands_[count_ - 1].groups.clear();
     }
@@ -129,7 +127,6 @@ double RestingSolver::solve_island(Bodies bodies, Island& island, double toleran
   for (int turn = 1, last = most;; ++turn) {
     read(x);
     const Sweep swept = sweep(bodies, island);
-    island.visits += rows;
     if (swept.residual <= std::max(tolerance, swept.rounding)) return 0;
     const bool best = swept.residual <= least;
     least = std::min(least, swept.residual);
@@ -188,15 +185,10 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   std::size_t equations = 0;
   for (const Island& island : islands)
     for (const std::size_t group : island.groups) equations += joints_->equations(group);
-  // Bodies that rest take a sweep, which costs less than what threads have to pass to each other.
-  const bool busy = equations > 0 || visits_ > kWorthSweeps * static_cast<double>(rows_.size());
-  if (count_ > 1 && busy && rows_.size() + equations >= kWorthThreads)
+  if (count_ > 1 && rows_.size() + equations >= kWorthThreads)
     pool.run(solve_some);
   else
     solve_some(0);
-  double visits = 0;
-  for (const Island& island : islands) visits += static_cast<double>(island.visits);
-  visits_ = std::max(visits, kForgets * visits_);
   return count_ > 0 ? *std::ranges::max_element(residuals_) : 0;
 }
 

@@ -36,7 +36,6 @@ class RestingSolver {
  private:
   struct Island {
     std::size_t begin = 0, end = 0;        // of its rows
-    std::size_t visits = 0;                // of rows, by all sweeps
     std::vector<int> bodies = {};          // that move
     std::vector<std::size_t> groups = {};  // of joints
   };
@@ -60,7 +59,6 @@ class RestingSolver {
   DisjointSets joined_;
   std::vector<int> island_of_;
   std::vector<double> residuals_;        // of each island
-  double visits_ = 0;                    // of rows, by a solve of late
   std::vector<ProximalNewton> newtons_;  // of each thread
 };
 

@@ -18,7 +18,8 @@ constexpr int kMostPasses = 20;
 constexpr double kAmiss = 1e-5;  // of a radius: the error of a gap from which moves are found anew
 constexpr double kFit = 0.01;    // of that: the accuracy of these moves
 constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of bodies by impulses
-constexpr double kLoose = 1e-3;  // the tolerance with which closing contacts are found
+constexpr int kStopped = 1;      // rounds of contacts that close and stop; others are held open
+constexpr double kAtHand = 0.3;  // of the largest speed of contact: that of those
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
 Vec3 turned_over(const Vec3& r, const Vec3& w) {
@@ -37,15 +38,20 @@ bool bounces(const ContactPoint& m) {
 
 }  // namespace
 
+// At the end of the step, m and m/s, as impulses so far have it.
+std::pair<double, double> RigidContact::gap_and_rate(const ContactPoint& m) const {
+  return {m.gap + ContactSolver::moved(solver_bodies_, m),
+          m.normal.dot(ContactSolver::velocity(solver_bodies_, m))};
+}
+
 // Activates the contacts that impulses close before the end of the step. True if there are any.
 bool RigidContact::activate(double h, double& scale) {
   bool any = false;
   for (ContactPoint& m : contacts_) {
     if (m.active) continue;
-    const double gap = m.gap + ContactSolver::moved(solver_bodies_, m);
-    if (gap >= -gap_tolerance_ * reach_[static_cast<std::size_t>(m.first)].scale) continue;
-    const double rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
-    if (!(rate < 0)) continue;
+    const auto [gap, rate] = gap_and_rate(m);
+    if (gap >= -gap_tolerance_ * reach_[static_cast<std::size_t>(m.first)].scale || !(rate < 0))
+      continue;
     m.active = any = true;
     m.duration = std::clamp(gap / rate, 0.0, h);
     scale = std::max(scale, -rate);
@@ -53,9 +59,26 @@ bool RigidContact::activate(double h, double& scale) {
   return any;
 }
 
+// The same where impulses run on through many bodies, as through chain mail, and would close a few
+// more contacts each time: all that may close at speeds like those at hand are activated, and held
+// open, 0 <= gap at the end. The next step stops their approach.
+bool RigidContact::hold_open(double h, double scale) {
+  const double duration = 0.5 * h;
+  bool any = false;
+  for (ContactPoint& m : contacts_) {
+    if (m.active) continue;
+    const auto [gap, rate] = gap_and_rate(m);
+    any = any || (gap < 0 && rate < 0);
+    const double offset = std::max(0.0, gap / duration - rate);
+    if (offset > kAtHand * scale) continue;
+    m.active = true, m.duration = duration, m.offset = offset;
+  }
+  return any;
+}
+
 // Solves impacts, and resting contacts, also those that impulses bring about.
 double RigidContact::solve(double h) {
-  contact_solver_.prepare(solver_bodies_, contacts_);
+  contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
   double scale = 0;
   bool any_bounces = false;
   for (const ContactPoint& m : contacts_) {
@@ -69,25 +92,25 @@ double RigidContact::solve(double h) {
     // Bodies that bounced, or that others struck away, may approach again across a gap that the
     // step leaves open: their next impact belongs to a later step, and nothing rests there.
     for (ContactPoint& m : contacts_)
-      if (m.active && m.gap + ContactSolver::moved(solver_bodies_, m) > m.tiny &&
-          m.normal.dot(ContactSolver::velocity(solver_bodies_, m)) < 0)
-        m.active = false;
+      if (const auto [gap, rate] = gap_and_rate(m); gap > m.tiny && rate < 0) m.active = false;
   }
   contact_solver_.start(solver_bodies_, contacts_);
+  for (ContactPoint& m : contacts_) {
+    if (!m.active) m.normal_impulse = m.tangent_impulse[0] = m.tangent_impulse[1] = 0;
+    m.first_impulse = m.normal_impulse;
+    m.first_rate = gap_and_rate(m).second;
+  }
+  double residual = 0;
+  for (int round = 0; round < kMostPasses; ++round) {
+    residual =
+        resting_solver_.solve(solver_bodies_, contacts_, tolerance_ * scale, particles_->pool());
+    if (particles_->pool().gives_up(0)) break;
+    if (!(round < kStopped ? activate(h, scale) : hold_open(h, scale))) break;
+  }
   for (ContactPoint& m : contacts_)
-    m.first_impulse = m.normal_impulse,
-    m.first_rate = m.normal.dot(ContactSolver::velocity(solver_bodies_, m));
-  // Contacts that close during the step are found with a loose tolerance first, which takes fewer
-  // sweeps for each of them.
-  double change = 0;
-  for (const double tolerance : {std::max(kLoose, tolerance_), tolerance_})
-    for (int round = 0; round < kMostPasses; ++round) {
-      change =
-          resting_solver_.solve(solver_bodies_, contacts_, tolerance * scale, particles_->pool());
-      if (particles_->pool().gives_up(0) || !activate(h, scale)) break;
-    }
+    if (m.offset > 0) m.active = m.normal_impulse > 0, m.offset = 0;
   counts_.fastest = std::max(counts_.fastest, scale);
-  return change > tolerance_ * scale ? change : 0;
+  return residual;
 }
 
 // Projects the motion that impulses of contact alone would cause onto the constraints.
@@ -165,7 +188,7 @@ void RigidContact::take_moves() {
 
 void RigidContact::solve_moves(std::span<ContactPoint> contacts, double tolerance) {
   if (joints_) joints_->begin_moves();
-  contact_solver_.prepare(moved_bodies_, contacts);
+  contact_solver_.prepare(moved_bodies_, contacts, particles_->pool());
   resting_solver_.solve(moved_bodies_, contacts, tolerance, particles_->pool());
   if (joints_) joints_->end_moves();
 }
@@ -203,6 +226,7 @@ void RigidContact::separate(double t) {
     return state;
   };
   std::vector<ContactPoint>& contacts = overlaps_;
+  std::vector<ManifoldPoint>& points = found_[0].points;
   const double overlap = kOverlap * tolerance_;
   double deepest = 0;
   for (int round = 0; round < kMostPasses; ++round) {
@@ -216,18 +240,18 @@ void RigidContact::separate(double t) {
       if (k > 0 && contacts_[k - 1].first == of.first && contacts_[k - 1].second == of.second &&
           contacts_[k - 1].collider == of.collider)
         continue;
-      points_.clear();
+      points.clear();
       const double margin = near * reach_[static_cast<std::size_t>(of.first)].scale;
       const RigidState a = now(of.first);
       RigidState b;
       if (of.second >= 0) {
         b = now(of.second);
-        body_collision_.find_contacts(of.first, a, of.second, b, margin, points_);
+        body_collision_.find_contacts(of.first, a, of.second, b, margin, points);
       } else {
         body_collision_.find_contacts(of.first, a, static_cast<std::size_t>(of.collider), t, margin,
-                                      points_);
+                                      points);
       }
-      for (const ManifoldPoint& point : points_) {
+      for (const ManifoldPoint& point : points) {
         ContactPoint m;
         m.first = of.first, m.second = of.second, m.collider = of.collider;
         m.normal = point.normal, m.arm1 = point.x - a.center, m.arm2 = point.x - b.center;

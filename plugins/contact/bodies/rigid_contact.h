@@ -1,5 +1,4 @@
-// Contact of rigid bodies with colliders, with each other and with particles, between steps of any
-// method.
+// Contact of rigid bodies with colliders, each other and particles, between steps of any method.
 #pragma once
 
 #include <optional>
@@ -11,6 +10,7 @@
 #include "core/particles/explicit/contact_pass.h"
 #include "core/particles/step_correction.h"
 #include "resting_solver.h"
+#include "sweep_and_prune.h"
 
 namespace sim {
 
@@ -68,10 +68,9 @@ class RigidContact {
     double gained = 0;    // (m/s)^2: the velocity change by forces and constraints
     bool fixed = false, fast = false;  // one of its particles is pinned; it is seen on its way
   };
-  struct Ball {                // around a body and its possible path
-    double low = 0, span = 0;  // m, its end on the axis of the sweep; its radius
-    Vec3 center;
-    int body = 0;
+  struct Found {
+    std::vector<ContactPoint> contacts;
+    std::vector<ManifoldPoint> points;  // of one pair
   };
   int key(int solver_body) const;  // of a body its number, of a particle its id behind those
   void load(const Step& step);
@@ -80,18 +79,19 @@ class RigidContact {
   void find(const Step& step);
   void find_pairs();
   void find_particle_pairs(const Step& step);
-  void touch_particle(int body, int particle, const Step& step);
+  void find_of(int body, const Step& step, Found& found);
+  void touch_particle(int body, int particle, const Step& step, Found& found);
   template <class Collide>
   void add_manifold(int first, int second, int collider, double margin, const Step& step,
-                    const Collide& collide);
+                    Found& found, const Collide& collide);
   void add_contact(const ManifoldPoint& point, int first, int second, int collider,
-                   const Step& step, double left);
-  void move_arms(std::size_t begin);
+                   const Step& step, double left, Found& found) const;
+  void move_arms(std::span<ContactPoint> of_pair) const;
   void apply_warm_start(ContactPoint& contact) const;
-  bool activate(double h, double& scale);
+  std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
+  bool activate(double h, double&scale), hold_open(double h, double scale);
   double solve(double h);
-  void copy_moves();
-  void take_moves();
+  void copy_moves(), take_moves();
   void project_moves();
   bool bound_moves(double h);
   void fit_moves(bool bounded);
@@ -115,12 +115,12 @@ class RigidContact {
   double passed_on_ = 0;      // m: the longest path of a body that bounces; others may take it over
   std::vector<Reach> reach_;  // of movers
   std::vector<SolverBody> solver_bodies_, moved_bodies_;
-  std::vector<Ball> balls_;  // of bodies, along the axis of the sweep
-  std::size_t sweep_axis_ = 0;
-  std::vector<int> loose_;  // single particles that bodies may touch
-  std::vector<std::pair<int, int>> pairs_, particle_pairs_;  // of what is near a body, ascending
+  std::vector<Ball> balls_;  // around bodies and their possible paths
+  SweepAndPrune broad_phase_;
+  std::vector<int> loose_;                           // single particles that bodies may touch
+  std::vector<std::pair<int, int>> particle_pairs_;  // of bodies, ascending
+  std::vector<Found> found_;                         // of each thread
   std::vector<ContactPoint> contacts_, overlaps_;
-  std::vector<ManifoldPoint> points_;
   std::vector<WarmStart> warm_start_;
   std::string refusal_;
   double work_ = 0;  // J

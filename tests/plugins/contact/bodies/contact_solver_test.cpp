@@ -14,6 +14,7 @@ constexpr double kStep = 0.01;  // s
 
 // Balls of 1 kg and radius 0.5 m that touch each other.
 struct Cluster {
+  ThreadPool pool{1};
   std::vector<SolverBody> bodies;
   std::vector<ContactPoint> contacts;
 
@@ -33,13 +34,13 @@ struct Cluster {
           if (j + 1 < side) touch(own, at(i, j + 1, k), {0, -1, 0}, 1);
           if (k + 1 < side) touch(own, at(i, j, k + 1), {0, 0, -1}, 1);
         }
-    ContactSolver().prepare(bodies, contacts);
+    ContactSolver().prepare(bodies, contacts, pool);
   }
   // A row at rest but for the first.
   Cluster(int count, double restitution) {
     for (int i = 0; i < count; ++i) add({i == 0 ? 1.0 : 0.0, 0, 0});
     for (int i = 0; i + 1 < count; ++i) touch(i, i + 1, {-1, 0, 0}, restitution);
-    ContactSolver().prepare(bodies, contacts);
+    ContactSolver().prepare(bodies, contacts, pool);
   }
 
   void add(const Vec3& velocity) {
@@ -73,10 +74,7 @@ struct Cluster {
     for (const ContactPoint& m : contacts) most = std::max(most, -rate(m));
     return most;
   }
-  void solve() {
-    ThreadPool pool(1);
-    ContactSolver().solve_restitution(bodies, contacts, kStep, pool);
-  }
+  void solve() { ContactSolver().solve_restitution(bodies, contacts, kStep, pool); }
 };
 
 }  // namespace

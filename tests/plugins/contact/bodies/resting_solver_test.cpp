@@ -45,8 +45,8 @@ struct Towers {
     }
   }
   double solve(double tolerance, int threads = 1) {
-    ContactSolver().prepare(bodies, contacts);
     ThreadPool pool(threads);
+    ContactSolver().prepare(bodies, contacts, pool);
     return RestingSolver().solve(bodies, contacts, tolerance, pool);
   }
 };
