@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <ranges>
+#include <tuple>
 
 namespace sim {
 namespace {
 
 constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
-constexpr double kSkin = 0.1;               // of a radius: bodies that move less keep their pairs
-constexpr std::size_t kManyPairs = 256;     // that threads share
+constexpr double kOnwards = 2;  // times as far as impulses lead bodies, contact is sought again
+constexpr std::size_t kManyPairs = 256;  // that threads share
 constexpr int kManyBodies = 256;
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
@@ -133,10 +134,10 @@ void RigidContact::load(const Step& step) {
   particles_->pool().run_if_many(body_collision_.bodies(), kManyBodies, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) load_one(static_cast<std::size_t>(i));
   });
-  passed_on_ = 0;
+  pushed_on_ = 0;
   for (std::size_t i = 0; i < bodies; ++i)
     if (body_collision_.surface(static_cast<int>(i)).restitution > 0)
-      passed_on_ = std::max(passed_on_, reach_[i].path_length);
+      pushed_on_ = std::max(pushed_on_, reach_[i].path_length);
   fastest_single_ = 0;
   for (const int p : loose_)
     fastest_single_ = std::max(
@@ -304,7 +305,7 @@ void RigidContact::find_pairs() {
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     const Reach& reach = reach_[i];
     balls_[i].center = reach.after.center;
-    balls_[i].radius = reach.radius + margin_of(reach.path_length, reach.radius) + passed_on_;
+    balls_[i].radius = reach.radius + margin_of(reach.path_length, reach.radius) + pushed_on_;
   }
   broad_phase_.update(balls_, [&](int i, int j) { return body_collision_.are_joined(i, j); });
 }
@@ -314,7 +315,7 @@ void RigidContact::find_particle_pairs(const Step& step) {
   particle_pairs_.clear();
   if (loose_.empty()) return;
   const ParticleView to = particles_->view(step.t + step.h, step.x_next);
-  const double path = 2 * step.h * fastest_single_;
+  const double path = 2 * (step.h * fastest_single_ + pushed_on_);
   for (const int p : loose_) {
     const Vec3 x = to.position(p);
     broad_phase_.each_near(x, path, [&](int body) {
@@ -332,12 +333,42 @@ void RigidContact::touch_particle(int body, int particle, const Step& step, Foun
   const int second = enter(particle, body, step);
   const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
   const double path_length = reach_of(body).path_length + reach_of(second).path_length;
-  add_manifold(body, second, -1, margin_of(path_length, reach_of(body).radius), step, found,
-               [&](double left, double margin) {
-                 body_collision_.find_contacts(body, on_the_way(reach_of(body), left, step.h),
-                                               second, on_the_way(reach_of(second), left, step.h),
-                                               margin, found.points);
-               });
+  const double margin = margin_of(path_length, reach_of(body).radius) + 2 * pushed_on_;
+  add_manifold(body, second, -1, margin, step, found, [&](double left, double margin_now) {
+    body_collision_.find_contacts(body, on_the_way(reach_of(body), left, step.h), second,
+                                  on_the_way(reach_of(second), left, step.h), margin, found.points);
+  });
+}
+
+// Seeks contact further on, where impulses lead a body beyond the margin within which it was
+// sought. Points that are known keep what is known of them.
+void RigidContact::find_further(const Step& step) {
+  double further = 0;
+  for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
+    const SolverBody& moved = solver_bodies_[i];
+    const Reach& reach = reach_[i];
+    further = std::max(further, moved.translation.norm() + reach.radius * moved.rotation.norm() -
+                                    margin_of(reach.path_length, reach.scale));
+  }
+  if (!(further > pushed_on_)) return;
+  pushed_on_ = kOnwards * further;
+  known_.swap(contacts_);
+  find(step);
+  contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
+  const auto key = [](const ContactPoint& m) { return std::tuple(m.key1, m.key2, m.feature); };
+  std::ranges::sort(known_, {}, key);
+  for (ContactPoint& m : contacts_) {
+    auto of = std::ranges::lower_bound(known_, key(m), {}, key);
+    while (of != known_.end() && key(*of) == key(m) && of->first < 0) ++of;
+    if (of != known_.end() && key(*of) == key(m)) {
+      m = *of;
+      of->first = -1;  // taken
+    } else {
+      m.normal_impulse = m.tangent_impulse[0] = m.tangent_impulse[1] = 0;
+    }
+  }
+  for (const ContactPoint& m : known_)
+    if (m.first >= 0 && m.active) contacts_.push_back(m);
 }
 
 // True if two bodies that are apart at the start pass through each other on the ways on which
@@ -389,7 +420,7 @@ void RigidContact::find_of(int body, const Step& step, Found& found) {
     for (std::size_t c = colliders.size(); c-- > 0;) {
       const Collider& solid = *colliders[c];
       const double margin =
-          margin_to(own) + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
+          margin_to(own) + pushed_on_ + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
       if (solid.query(end, own.after.center).gap > own.radius + margin) continue;
       add_manifold(body, -1, static_cast<int>(c), margin, step, found,
                    [&](double left, double margin_now) {
@@ -403,7 +434,7 @@ void RigidContact::find_of(int body, const Step& step, Found& found) {
                              balls_[static_cast<std::size_t>(j)]))
       continue;
     if (own.fixed && other.fixed) continue;
-    add_manifold(i, j, -1, margin_to(own) + margin_to(other) + 2 * passed_on_, step, found,
+    add_manifold(i, j, -1, margin_to(own) + margin_to(other) + 2 * pushed_on_, step, found,
                  [&, i = i, j = j](double left, double margin) {
                    body_collision_.find_contacts(i, on_the_way(own, left, h), j,
                                                  on_the_way(other, left, h), margin, found.points);
@@ -450,7 +481,8 @@ void RigidContact::find(const Step& step) {
     for (std::size_t c = particles_->contacts().all().size(); c-- > 0;) {
       first.points.clear();
       body_collision_.find_contacts(i, reach.after, c, step.t + step.h,
-                                    margin_of(reach.path_length, reach.scale), first.points);
+                                    margin_of(reach.path_length, reach.scale) + pushed_on_,
+                                    first.points);
       for (const ManifoldPoint& point : first.points)
         add_contact(point, i, -1, static_cast<int>(c), step, 0, first);
     }

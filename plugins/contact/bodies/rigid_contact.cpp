@@ -15,10 +15,14 @@ constexpr double kShare = 1e-2;      // of that: the accuracy of the moves that 
 constexpr double kNear = 0.02;  // of a radius: the gap within which these moves may cause contact
 constexpr double kAhead = 4;    // of the deepest overlap: the same
 constexpr int kMostPasses = 20;
+constexpr double kLoose = 1e-6;  // the tolerance with which closing contacts are found
 constexpr double kAmiss = 1e-5;  // of a radius: the error of a gap from which moves are found anew
 constexpr double kFit = 0.01;    // of that: the accuracy of these moves
 constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of bodies by impulses
-constexpr int kStopped = 1;      // rounds of contacts that close and stop; others are held open
+// Rounds in which contacts that close are stopped, with so many points and with fewer.
+constexpr long kMany = 100;
+constexpr int kStopped = 1, kMostStopped = 8;
+constexpr double kSlow = 0.05;   // of the largest speed of contact: what stops in any case
 constexpr double kAtHand = 0.3;  // of the largest speed of contact: that of those
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
@@ -61,7 +65,8 @@ bool RigidContact::activate(double h, double& scale) {
 
 // The same where impulses run on through many bodies, as through chain mail, and would close a few
 // more contacts each time: all that may close at speeds like those at hand are activated, and held
-// open, 0 <= gap at the end. The next step stops their approach.
+// open, 0 <= gap at the end. The next step stops their approach. Slow approaches are stopped now,
+// so that bodies that rest do not rattle.
 bool RigidContact::hold_open(double h, double scale) {
   const double duration = 0.5 * h;
   bool any = false;
@@ -71,13 +76,14 @@ bool RigidContact::hold_open(double h, double scale) {
     any = any || (gap < 0 && rate < 0);
     const double offset = std::max(0.0, gap / duration - rate);
     if (offset > kAtHand * scale) continue;
-    m.active = true, m.duration = duration, m.offset = offset;
+    m.active = true, m.duration = duration, m.offset = offset > kSlow * scale ? offset : 0;
   }
   return any;
 }
 
 // Solves impacts, and resting contacts, also those that impulses bring about.
-double RigidContact::solve(double h) {
+double RigidContact::solve(const Step& step) {
+  const double h = step.h;
   contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
   double scale = 0;
   bool any_bounces = false;
@@ -100,12 +106,19 @@ double RigidContact::solve(double h) {
     m.first_impulse = m.normal_impulse;
     m.first_rate = gap_and_rate(m).second;
   }
-  double residual = 0;
+  // Contacts that close during the step are found with a loose tolerance first.
+  double residual = 0, tolerance = std::max(kLoose, tolerance_);
   for (int round = 0; round < kMostPasses; ++round) {
+    if (round + 1 == kMostPasses) tolerance = tolerance_;
     residual =
-        resting_solver_.solve(solver_bodies_, contacts_, tolerance_ * scale, particles_->pool());
+        resting_solver_.solve(solver_bodies_, contacts_, tolerance * scale, particles_->pool());
     if (particles_->pool().gives_up(0)) break;
-    if (!(round < kStopped ? activate(h, scale) : hold_open(h, scale))) break;
+    find_further(step);
+    const bool many = std::ranges::count_if(contacts_, &ContactPoint::active) >= kMany;
+    if (round < (many ? kStopped : kMostStopped) ? activate(h, scale) : hold_open(h, scale))
+      continue;
+    if (tolerance == tolerance_) break;
+    tolerance = tolerance_;
   }
   for (ContactPoint& m : contacts_)
     if (m.offset > 0) m.active = m.normal_impulse > 0, m.offset = 0;
@@ -350,7 +363,7 @@ StepCorrection::Outcome RigidContact::resolve(const Step& step) {
     contact_solver_.set_joints(joints_.get());
     resting_solver_.set_joints(joints_.get());
   }
-  const double unconverged = solve(h);
+  const double unconverged = solve(step);
   if (particles_->pool().gives_up(0)) return Outcome::kChanged;
   const bool bounded = bound_moves(h);
   if (joints_) project_moves();

@@ -77,8 +77,7 @@ class RigidContact {
   void measure(Reach& reach, double h) const;
   int enter(int particle, int body, const Step& step);
   void find(const Step& step);
-  void find_pairs();
-  void find_particle_pairs(const Step& step);
+  void find_pairs(), find_particle_pairs(const Step&step);
   void find_of(int body, const Step& step, Found& found);
   void touch_particle(int body, int particle, const Step& step, Found& found);
   template <class Collide>
@@ -88,9 +87,10 @@ class RigidContact {
                    const Step& step, double left, Found& found) const;
   void move_arms(std::span<ContactPoint> of_pair) const;
   void apply_warm_start(ContactPoint& contact) const;
+  void find_further(const Step& step);
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
   bool activate(double h, double&scale), hold_open(double h, double scale);
-  double solve(double h);
+  double solve(const Step& step);
   void copy_moves(), take_moves();
   void project_moves();
   bool bound_moves(double h);
@@ -112,15 +112,15 @@ class RigidContact {
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none
   double fastest_single_ = 0;           // m/s
-  double passed_on_ = 0;      // m: the longest path of a body that bounces; others may take it over
-  std::vector<Reach> reach_;  // of movers
+  double pushed_on_ = 0;                // m: how much further than on free ways contact is sought
+  std::vector<Reach> reach_;            // of movers
   std::vector<SolverBody> solver_bodies_, moved_bodies_;
   std::vector<Ball> balls_;  // around bodies and their possible paths
   SweepAndPrune broad_phase_;
   std::vector<int> loose_;                           // single particles that bodies may touch
   std::vector<std::pair<int, int>> particle_pairs_;  // of bodies, ascending
   std::vector<Found> found_;                         // of each thread
-  std::vector<ContactPoint> contacts_, overlaps_;
+  std::vector<ContactPoint> contacts_, known_, overlaps_;
   std::vector<WarmStart> warm_start_;
   std::string refusal_;
   double work_ = 0;  // J
