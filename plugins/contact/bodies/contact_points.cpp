@@ -10,7 +10,8 @@ namespace sim {
 namespace {
 
 constexpr double kBodyGapTolerance = 1e-8;  // of a radius: a gap that is none
-constexpr double kOnwards = 2;  // times as far as impulses lead bodies, contact is sought again
+constexpr double kNeighbours = 2;  // times its radius, around a body that was not pushed yet
+constexpr double kOnwards = 2;     // times as far as impulses lead bodies, contact is sought again
 constexpr std::size_t kManyPairs = 256;  // that threads share
 constexpr int kManyBodies = 256;
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
@@ -134,10 +135,12 @@ void RigidContact::load(const Step& step) {
   particles_->pool().run_if_many(body_collision_.bodies(), kManyBodies, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) load_one(static_cast<std::size_t>(i));
   });
-  pushed_on_ = 0;
+  // Others may take over the path of a body that bounces.
+  double longest = 0;
   for (std::size_t i = 0; i < bodies; ++i)
     if (body_collision_.surface(static_cast<int>(i)).restitution > 0)
-      pushed_on_ = std::max(pushed_on_, reach_[i].path_length);
+      longest = std::max(longest, reach_[i].path_length);
+  for (Reach& reach : reach_) reach.pushed = longest;
   fastest_single_ = 0;
   for (const int p : loose_)
     fastest_single_ = std::max(
@@ -161,7 +164,8 @@ int RigidContact::enter(int particle, int body, const Step& step) {
   reach.fixed = !to.free(particle);
   measure(reach, step.h);
   const Reach& near = reach_[static_cast<std::size_t>(body)];
-  reach.scale = near.radius, reach.duration = near.duration, reach.gained = near.gained;
+  reach.scale = near.radius, reach.pushed = near.pushed;
+  reach.duration = near.duration, reach.gained = near.gained;
   SolverBody& added = solver_bodies_.emplace_back();
   added.velocity = reach.after.velocity;
   if (!reach.fixed) added.inverse_mass = 1 / to.mass[particle];
@@ -305,7 +309,7 @@ void RigidContact::find_pairs() {
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     const Reach& reach = reach_[i];
     balls_[i].center = reach.after.center;
-    balls_[i].radius = reach.radius + margin_of(reach.path_length, reach.radius) + pushed_on_;
+    balls_[i].radius = reach.radius + margin_of(reach.path_length, reach.radius) + reach.pushed;
   }
   broad_phase_.update(balls_, [&](int i, int j) { return body_collision_.are_joined(i, j); });
 }
@@ -315,12 +319,12 @@ void RigidContact::find_particle_pairs(const Step& step) {
   particle_pairs_.clear();
   if (loose_.empty()) return;
   const ParticleView to = particles_->view(step.t + step.h, step.x_next);
-  const double path = 2 * (step.h * fastest_single_ + pushed_on_);
+  const double path = 2 * step.h * fastest_single_;
   for (const int p : loose_) {
     const Vec3 x = to.position(p);
     broad_phase_.each_near(x, path, [&](int body) {
       const Reach& own = reach_[static_cast<std::size_t>(body)];
-      const double most = own.radius + margin_of(own.path_length, own.radius) + path;
+      const double most = balls_[static_cast<std::size_t>(body)].radius + path + own.pushed;
       if ((x - own.after.center).squaredNorm() > most * most) return;
       if (body_collision_.are_tied(body, p) || (own.fixed && !to.free(p))) return;
       particle_pairs_.emplace_back(body, p);
@@ -333,25 +337,37 @@ void RigidContact::touch_particle(int body, int particle, const Step& step, Foun
   const int second = enter(particle, body, step);
   const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
   const double path_length = reach_of(body).path_length + reach_of(second).path_length;
-  const double margin = margin_of(path_length, reach_of(body).radius) + 2 * pushed_on_;
+  const double margin = margin_of(path_length, reach_of(body).radius) + reach_of(body).pushed +
+                        reach_of(second).pushed;
   add_manifold(body, second, -1, margin, step, found, [&](double left, double margin_now) {
     body_collision_.find_contacts(body, on_the_way(reach_of(body), left, step.h), second,
-                                  on_the_way(reach_of(second), left, step.h), margin, found.points);
+                                  on_the_way(reach_of(second), left, step.h), margin_now,
+                                  found.points);
   });
 }
 
 // Seeks contact further on, where impulses lead a body beyond the margin within which it was
-// sought. Points that are known keep what is known of them.
+// sought, and around all others, which may be pushed on, but not beyond their neighbours. Points
+// that are known keep what is known of them.
 void RigidContact::find_further(const Step& step) {
-  double further = 0;
-  for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
-    const SolverBody& moved = solver_bodies_[i];
+  const auto led = [&](std::size_t i) {
+    const SolverBody& body = solver_bodies_[i];
     const Reach& reach = reach_[i];
-    further = std::max(further, moved.translation.norm() + reach.radius * moved.rotation.norm() -
-                                    margin_of(reach.path_length, reach.scale));
+    const double moved = body.translation.norm() + reach.radius * body.rotation.norm(),
+                 speed = body.velocity.norm() + reach.radius * body.angular_velocity.norm();
+    return std::min(moved, reach.path_length + step.h * speed) -
+           margin_of(reach.path_length, reach.scale);
+  };
+  double most = 0;
+  bool enough = true;
+  for (std::size_t i = 0; i < reach_.size(); ++i) {
+    most = std::max(most, led(i));
+    enough = enough && led(i) <= reach_[i].pushed;
   }
-  if (!(further > pushed_on_)) return;
-  pushed_on_ = kOnwards * further;
+  if (enough) return;
+  for (std::size_t i = 0; i < reach_.size(); ++i)
+    reach_[i].pushed = std::max({reach_[i].pushed, kOnwards * led(i),
+                                 std::min(kOnwards * most, kNeighbours * reach_[i].scale)});
   known_.swap(contacts_);
   find(step);
   contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
@@ -413,14 +429,14 @@ void RigidContact::find_of(int body, const Step& step, Found& found) {
   const auto colliders = particles_->contacts().all();
   const auto reach_of = [&](int i) -> const Reach& { return reach_[static_cast<std::size_t>(i)]; };
   const auto margin_to = [&](const Reach& reach) {
-    return margin_of(reach.path_length, reach.scale);
+    return margin_of(reach.path_length, reach.scale) + reach.pushed;
   };
   const Reach& own = reach_of(body);
   if (!own.fixed)
     for (std::size_t c = colliders.size(); c-- > 0;) {
       const Collider& solid = *colliders[c];
       const double margin =
-          margin_to(own) + pushed_on_ + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
+          margin_to(own) + (solid.moves() ? 2 * h * solid.max_speed(step.t, end) : 0);
       if (solid.query(end, own.after.center).gap > own.radius + margin) continue;
       add_manifold(body, -1, static_cast<int>(c), margin, step, found,
                    [&](double left, double margin_now) {
@@ -434,7 +450,7 @@ void RigidContact::find_of(int body, const Step& step, Found& found) {
                              balls_[static_cast<std::size_t>(j)]))
       continue;
     if (own.fixed && other.fixed) continue;
-    add_manifold(i, j, -1, margin_to(own) + margin_to(other) + 2 * pushed_on_, step, found,
+    add_manifold(i, j, -1, margin_to(own) + margin_to(other), step, found,
                  [&, i = i, j = j](double left, double margin) {
                    body_collision_.find_contacts(i, on_the_way(own, left, h), j,
                                                  on_the_way(other, left, h), margin, found.points);
@@ -481,7 +497,7 @@ void RigidContact::find(const Step& step) {
     for (std::size_t c = particles_->contacts().all().size(); c-- > 0;) {
       first.points.clear();
       body_collision_.find_contacts(i, reach.after, c, step.t + step.h,
-                                    margin_of(reach.path_length, reach.scale) + pushed_on_,
+                                    margin_of(reach.path_length, reach.scale) + reach.pushed,
                                     first.points);
       for (const ManifoldPoint& point : first.points)
         add_contact(point, i, -1, static_cast<int>(c), step, 0, first);

@@ -23,7 +23,7 @@ constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of b
 constexpr long kMany = 100;
 constexpr int kStopped = 1, kMostStopped = 8;
 constexpr double kSlow = 0.05;   // of the largest speed of contact: what stops in any case
-constexpr double kAtHand = 0.3;  // of the largest speed of contact: that of those
+constexpr double kAtHand = 0.3;  // of the change of a speed: what it may add to an approach
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
 Vec3 turned_over(const Vec3& r, const Vec3& w) {
@@ -64,18 +64,26 @@ bool RigidContact::activate(double h, double& scale) {
 }
 
 // The same where impulses run on through many bodies, as through chain mail, and would close a few
-// more contacts each time: all that may close at speeds like those at hand are activated, and held
-// open, 0 <= gap at the end. The next step stops their approach. Slow approaches are stopped now,
-// so that bodies that rest do not rattle.
+// more contacts each time: those around bodies that impulses have moved are activated as well, and
+// held open, 0 <= gap at the end. The next step stops their approach. Slow approaches are stopped
+// now, so that bodies that rest do not rattle.
 bool RigidContact::hold_open(double h, double scale) {
   const double duration = 0.5 * h;
+  const auto changed = [&](int i) {  // m/s, by impulses so far
+    if (i < 0) return 0.0;
+    const SolverBody& body = solver_bodies_[static_cast<std::size_t>(i)];
+    const Reach& reach = reach_[static_cast<std::size_t>(i)];
+    return (body.velocity - reach.after.velocity).norm() +
+           reach.radius * (body.angular_velocity - reach.after.angular_velocity).norm();
+  };
   bool any = false;
   for (ContactPoint& m : contacts_) {
     if (m.active) continue;
     const auto [gap, rate] = gap_and_rate(m);
-    any = any || (gap < 0 && rate < 0);
+    const bool closes = gap < 0 && rate < 0;
     const double offset = std::max(0.0, gap / duration - rate);
-    if (offset > kAtHand * scale) continue;
+    if (!closes && offset > kAtHand * std::max(changed(m.first), changed(m.second))) continue;
+    any = any || closes;
     m.active = true, m.duration = duration, m.offset = offset > kSlow * scale ? offset : 0;
   }
   return any;

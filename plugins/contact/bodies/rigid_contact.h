@@ -63,7 +63,7 @@ class RigidContact {
   struct Reach {  // of one mover in one step
     RigidState before, after;
     double radius = 0, path_length = 0;  // m, around the center of mass; the longest of any point
-    double scale = 0;                    // m, the scale of small gaps
+    double scale = 0, pushed = 0;        // m, of small gaps; how much further contact is sought
     double duration = 0;  // s: a force through the step moves it by lever * its velocity
     double gained = 0;    // (m/s)^2: the velocity change by forces and constraints
     bool fixed = false, fast = false;  // one of its particles is pinned; it is seen on its way
@@ -112,7 +112,6 @@ class RigidContact {
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none
   double fastest_single_ = 0;           // m/s
-  double pushed_on_ = 0;                // m: how much further than on free ways contact is sought
   std::vector<Reach> reach_;            // of movers
   std::vector<SolverBody> solver_bodies_, moved_bodies_;
   std::vector<Ball> balls_;  // around bodies and their possible paths
