@@ -5,7 +5,8 @@
 namespace sim {
 namespace {
 
-constexpr double kRoom = 0.1;  // of a radius
+constexpr double kRoom = 0.1;    // of a radius
+constexpr double kSpare = 1.5;  // times its radius, in a room that is too wide
 
 }  // namespace
 
@@ -13,7 +14,8 @@ bool SweepAndPrune::fits(std::span<const Ball> balls) const {
   return std::ranges::all_of(swept_, [&](const Swept& each) {
     const Ball& now = balls[static_cast<std::size_t>(each.ball)];
     const double left = each.room.radius - now.radius;
-    return left >= 0 && (now.center - each.room.center).squaredNorm() <= left * left;
+    return left >= 0 && each.room.radius <= kSpare * now.radius &&
+           (now.center - each.room.center).squaredNorm() <= left * left;
   });
 }
 

@@ -25,8 +25,8 @@ class SweepAndPrune {
 
   void take(int ball) { swept_.push_back({ball}); }  // it takes part, behind those before it
 
-  // balls: of all numbers. Finds pairs again where one has left its room; those that `leave_out`
-  // says of are none.
+  // balls: of all numbers. Finds pairs again where one has left its room, or needs much less of it;
+  // those for which `leave_out` is true are none.
   template <class LeaveOut>
   void update(std::span<const Ball> balls, const LeaveOut& leave_out) {
     if (fits(balls)) return;

@@ -107,6 +107,9 @@ TEST_CASE("pairs of balls are kept until one leaves its room", "[rigid]") {
   CHECK(sweep.pairs().size() == 2);
   balls[2].radius = 1.2;  // it grows out of its room
   CHECK(update());
+  balls[2].radius = 0.5;  // it has much more than it needs
+  CHECK(update());
+  CHECK(sweep.pairs().size() == 1);
 }
 
 TEST_CASE("balls near a point are found, whatever room they have", "[rigid]") {
