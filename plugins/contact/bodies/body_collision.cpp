@@ -1,9 +1,11 @@
 #include "body_collision.h"
 
 #include <algorithm>
+#include <ranges>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "sweep_and_prune.h"
 
 namespace sim {
 namespace {
@@ -171,8 +173,13 @@ void BodyCollision::find_contacts(int first, const RigidState& a, std::size_t co
   if (count > 1) drop_repeated(out, begin, radius(first));
 }
 
+std::string BodyCollision::name_of(int i) const {
+  if (i >= bodies()) return "particle " + std::to_string(i - bodies());
+  return "body " + std::to_string(i) + " (" + body(i).shape().name() + ")";
+}
+
 void BodyCollision::check_collider(int i, const RigidState& a, std::size_t collider) const {
-  const std::string name = "body " + std::to_string(i) + " (" + body(i).shape().name() + ")";
+  const std::string name = name_of(i);
   const Collider& solid = *particles_->contacts().all()[collider];
   const RenderShape drawn = solid.shape(0);
   const bool flat = drawn.form == RenderShape::Form::kPlane ||
@@ -199,45 +206,56 @@ bool BodyCollision::is_convex(int i, const RigidState& state) const {
                              [&](const Part& part) { return can_collide(placed(i, part, state)); });
 }
 
+// Throws if a body is not convex, and others may touch it.
+void BodyCollision::check_convex(int i, const RigidState& state) const {
+  if (is_convex(i, state)) return;
+  const auto meets_body = [&](int j) { return j != i && touches(j) && !are_joined(i, j); };
+  const auto meets_particle = [&](int p) { return !are_tied(i, p) && !leaves_out(p); };
+  if (std::ranges::any_of(std::views::iota(0, bodies()), meets_body) ||
+      std::ranges::any_of(std::views::iota(0, singles()), meets_particle))
+    refuse_contact(name_of(i) + " is not convex: it touches planes and rooms only",
+                   "give it a convex shape, or say touches = false");
+}
+
 void BodyCollision::check_pair(int i, int j, const RigidState& a, const RigidState& b) const {
-  const auto name = [&](int k) {
-    if (k >= bodies()) return "particle " + std::to_string(k - bodies());
-    return "body " + std::to_string(k) + " (" + body(k).shape().name() + ")";
-  };
-  for (const int k : {i, j}) {
-    if (k >= bodies()) continue;
-    if (!is_convex(k, k == i ? a : b))
-      refuse_contact(name(k) + " is not convex: it touches planes and rooms only",
-                     "give it a convex shape, or say touches = false");
-  }
-  double reach = radius(i), least = radius(i);
-  if (j < bodies()) reach += radius(j), least = std::min(least, radius(j));
-  if ((a.center - b.center).norm() > reach) return;
+  const double least = j < bodies() ? std::min(radius(i), radius(j)) : radius(i);
   std::vector<ManifoldPoint> points;
   find_contacts(i, a, j, b, 0, points);
   if (const double deep = deepest(points); deep > kSunk * least)
     refuse_contact(
-        name(i) + " and " + name(j) + " overlap by " + meters(deep) + " at the start",
+        name_of(i) + " and " + name_of(j) + " overlap by " + meters(deep) + " at the start",
         j < bodies() ? "move them apart" : "move it out, or say touches = false of the body");
 }
 
 void BodyCollision::check_start(const double* initial) const {
   const ParticleView view = particles_->view(0, initial);
   std::vector<RigidState> states;
-  for (const RigidBody& each : spec_.bodies) states.push_back(each.state(view));
-  RigidState point;
+  std::vector<Ball> balls;
+  SweepAndPrune near;
+  for (int i = 0; i < bodies(); ++i) {
+    states.push_back(body(i).state(view));
+    balls.push_back({states.back().center, radius(i)});
+    if (touches(i)) near.take(i);
+  }
+  const auto state_of = [&](int i) -> const RigidState& {
+    return states[static_cast<std::size_t>(i)];
+  };
   for (int i = 0; i < bodies(); ++i) {
     if (!touches(i)) continue;
-    const RigidState& own = states[static_cast<std::size_t>(i)];
-    for (std::size_t c = 0; c < particles_->contacts().all().size(); ++c) check_collider(i, own, c);
-    for (int j = i + 1; j < bodies(); ++j)
-      if (touches(j) && !are_joined(i, j))
-        check_pair(i, j, own, states[static_cast<std::size_t>(j)]);
-    for (int p = 0; p < singles(); ++p) {
-      if (are_tied(i, p) || (leaves_out(p) && !is_convex(i, own))) continue;
-      point.center = view.position(p);
-      check_pair(i, bodies() + p, own, point);
-    }
+    for (std::size_t c = 0; c < particles_->contacts().all().size(); ++c)
+      check_collider(i, state_of(i), c);
+    check_convex(i, state_of(i));
+  }
+  near.update(balls, [&](int i, int j) { return are_joined(i, j); });
+  for (const auto& [i, j] : near.pairs()) check_pair(i, j, state_of(i), state_of(j));
+  RigidState point;
+  for (int p = 0; p < singles(); ++p) {
+    point.center = view.position(p);
+    near.each_near(point.center, 0, [&](int i) {
+      if (!SweepAndPrune::meet(balls[static_cast<std::size_t>(i)], {point.center})) return;
+      if (are_tied(i, p) || (leaves_out(p) && !is_convex(i, state_of(i)))) return;
+      check_pair(i, bodies() + p, state_of(i), point);
+    });
   }
 }
 

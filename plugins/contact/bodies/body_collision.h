@@ -65,7 +65,9 @@ class BodyCollision final : public BodyGeometry {
   bool is_convex(int i, const RigidState& state) const;
   void touch_point(int body, const RigidState& state, const Vec3& point, double margin,
                    std::vector<ManifoldPoint>& out) const;
+  std::string name_of(int i) const;  // a body, or behind those a single particle
   void check_start(const double* initial) const;
+  void check_convex(int i, const RigidState& state) const;
   void check_pair(int i, int j, const RigidState& a, const RigidState& b) const;
   void check_collider(int i, const RigidState& a, std::size_t collider) const;
 
