@@ -49,7 +49,7 @@ std::vector<Simulation::Impl::SceneConstraint> Simulation::Impl::make_constraint
 void Simulation::Impl::compile_constraints(const SystemSpec& spec,
                                            std::vector<SceneConstraint> constraints) {
   if (!bodies.empty())
-    particles->add_constraint_system().add(std::make_unique<RigidRows>(bodies, &particles->pool()),
+    particles->add_constraint_system().add(std::make_unique<RigidRows>(bodies, particles->pool()),
                                            "rigid", spec.bodies.front().place, 0, x.data());
   for (SceneConstraint& each : constraints) {
     for (const auto& correction : corrections)

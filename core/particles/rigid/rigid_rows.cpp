@@ -39,12 +39,8 @@ void RigidRows::evaluate_some(const ParticleView& view, const Rows& rows, int be
 
 void RigidRows::evaluate(const ParticleView& view, const Rows& rows) const {
   constexpr int kWorthThreads = 256;  // bodies
-  const int bodies = static_cast<int>(bodies_.size());
-  const auto some = [&](int begin, int end) { evaluate_some(view, rows, begin, end); };
-  if (pool_)
-    pool_->run_if_many(bodies, kWorthThreads, some);
-  else
-    some(0, bodies);
+  pool_->run_if_many(static_cast<int>(bodies_.size()), kWorthThreads,
+                     [&](int begin, int end) { evaluate_some(view, rows, begin, end); });
 }
 
 }  // namespace sim

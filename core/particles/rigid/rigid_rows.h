@@ -15,9 +15,9 @@ namespace sim {
 // multipliers is nearly diagonal.
 class RigidRows final : public Constraint {
  public:
-  // pool: its threads share the bodies; null: the caller's alone.
-  explicit RigidRows(std::vector<RigidBody> bodies, ThreadPool* pool = nullptr)
-      : bodies_(std::move(bodies)), pool_(pool) {}
+  // pool: its threads share the bodies.
+  RigidRows(std::vector<RigidBody> bodies, ThreadPool& pool)
+      : bodies_(std::move(bodies)), pool_(&pool) {}
 
   RowPattern pattern() const override;
   void evaluate(const ParticleView& view, const Rows& rows) const override;

@@ -21,6 +21,20 @@ double margin_of(double path_length, double radius) {
   return 2 * path_length + RigidContact::kMargin * radius;
 }
 
+// Estimates path length and effective duration from the states at both ends.
+template <class Reach>
+void measure(Reach& reach, double h) {
+  const RigidState &a = reach.before, &b = reach.after;
+  reach.path_length =
+      h * (std::max(a.velocity.norm(), b.velocity.norm()) +
+           reach.radius * std::max(a.angular_velocity.norm(), b.angular_velocity.norm()));
+  // The duration is half a step for most methods, a whole one for symplectic Euler.
+  const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
+  reach.gained = gained.squaredNorm();
+  reach.duration =
+      reach.gained > 0 ? std::clamp(moved.dot(gained) / reach.gained, 0.25 * h, h) : 0.5 * h;
+}
+
 // The state at a fraction `left` of the step h before its end.
 template <class Reach>
 RigidState on_the_way(const Reach& reach, double left, double h) {
@@ -92,19 +106,6 @@ int RigidContact::key(int solver_body) const {
   const int bodies = body_collision_.bodies();
   if (solver_body < bodies) return solver_body;
   return bodies + entered_[static_cast<std::size_t>(solver_body - bodies)];
-}
-
-// Estimates path length and effective duration from the states at both ends.
-void RigidContact::measure(Reach& reach, double h) const {
-  const RigidState &a = reach.before, &b = reach.after;
-  reach.path_length =
-      h * (std::max(a.velocity.norm(), b.velocity.norm()) +
-           reach.radius * std::max(a.angular_velocity.norm(), b.angular_velocity.norm()));
-  // The duration is half a step for most methods, a whole one for symplectic Euler.
-  const Vec3 gained = b.velocity - a.velocity, moved = b.center - a.center - h * a.velocity;
-  reach.gained = gained.squaredNorm();
-  reach.duration =
-      reach.gained > 0 ? std::clamp(moved.dot(gained) / reach.gained, 0.25 * h, h) : 0.5 * h;
 }
 
 void RigidContact::load(const Step& step) {

@@ -74,10 +74,10 @@ class RigidContact {
   };
   int key(int solver_body) const;  // of a body its number, of a particle its id behind those
   void load(const Step& step);
-  void measure(Reach& reach, double h) const;
   int enter(int particle, int body, const Step& step);
   void find(const Step& step);
-  void find_pairs(), find_particle_pairs(const Step&step);
+  void find_pairs();
+  void find_particle_pairs(const Step& step);
   void find_of(int body, const Step& step, Found& found);
   void touch_particle(int body, int particle, const Step& step, Found& found);
   template <class Collide>
@@ -89,10 +89,10 @@ class RigidContact {
   void apply_warm_start(ContactPoint& contact) const;
   void find_further(const Step& step);
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
-  bool activate(double h, double&scale), hold_open(double h, double scale);
+  bool activate(double h, double& scale);
+  bool hold_open(double h, double scale);
   double solve(const Step& step);
-  void copy_moves(), take_moves();
-  void project_moves();
+  void copy_moves(), take_moves(), project_moves();
   bool bound_moves(double h);
   void fit_moves(bool bounded);
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
