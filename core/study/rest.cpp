@@ -9,6 +9,8 @@
 #include "core/base/text.h"
 #include "core/particles/particles.h"
 #include "core/study/accuracy/trajectory.h"
+#include "core/study/limits/spectrum.h"
+#include "core/study/limits/step_limit.h"
 
 namespace sim::study {
 namespace {
@@ -134,6 +136,28 @@ void explain(Rest& rest, bool moves_away, int refused, bool idle) {
 // that forces hardly change in it.
 double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iterations <= 8 ? 4 : 2; }
 
+// Steps of a search by kinetic damping, s. Rest has no error of time, so that the step may be 0.9
+// of the limit, and four times that of the scene, where nothing but particles on colliders moves.
+// The bound on frequencies also holds for a scene that has folded. Both are the step of the scene
+// where no limit is known.
+struct SearchSteps {
+  double first = 0, careful = 0;
+};
+
+SearchSteps search_steps(Simulation& simulation, bool rough) {
+  const double h = simulation.h();
+  if (rough || simulation.integrator_info().adaptive) return {h, h};
+  const auto within_limit = [&](const Vibration& mode) {
+    const double share = step_share(simulation.integrator(), mode, h).share;
+    return share > 0 && share < HUGE_VAL ? std::min(0.9 / share, 4.0) * h : h;
+  };
+  const double damping = smallest_damping(simulation);
+  Vibration fastest = limiting_vibration(simulation, 40);
+  fastest.damping = std::max(fastest.damping, 0.0);
+  const double first = within_limit(fastest);
+  return {first, std::min(first, within_limit({omega_bound(simulation), damping}))};
+}
+
 // With kinetic damping, see the header.
 Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr std::int64_t kMostSteps = 30'000, kMore = 500;  // after forces are good
@@ -153,16 +177,21 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   const auto& particles = dynamic_cast<const Particles&>(simulation.ode());
   const Snapshot begin = simulation.snapshot();
   const double size = scene_size(simulation);
-  Snapshot best = begin;
+  const SearchSteps h = search_steps(simulation, rough);
   const auto halt = [&](Snapshot& state) {
     each_number(simulation.shape(), "velocity", [&](std::size_t i) { state.x[i] = 0; });
     state.memory.clear();
     simulation.restore(state);
   };
+  const auto go_on_from = [&](const Snapshot& from, double step) {
+    Snapshot state = from;
+    halt(state);
+    simulation.set_dt(step);
+    return simulation.snapshot();
+  };
   Rest rest;
   rest.force = HUGE_VAL;
-  Snapshot state = begin;
-  halt(state);
+  Snapshot state = go_on_from(begin, h.first), best = state;
   double kinetic = -1;
   double mark = HUGE_VAL;  // N, the last force that was clearly smaller
   int idle = 0;            // peaks since then
@@ -183,8 +212,15 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
     const double force = fresh ? force_after_step(simulation, state, rough ? kSettles * size : 0)
                          : simulation.step() ? 0
                                              : std::nan("");
+    const bool fails = std::isnan(force) && !(stop && stop());
+    if ((fails || idle == kIdle) && simulation.h() > h.careful) {
+      state = go_on_from(best, h.careful);
+      kinetic = -1;
+      idle = 0;
+      continue;
+    }
     if (std::isnan(force)) {
-      rest.why = stop && stop() ? "interrupted" : "a step towards it fails";
+      rest.why = fails ? "a step towards it fails" : "interrupted";
       break;
     }
     if (fresh && simulation.settings().broken != state.settings->broken) {
@@ -220,6 +256,9 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   }
   simulation.stop_when({});
   best.step = begin.step, best.n0 = begin.n0, best.t0 = begin.t0;
+  auto settings = std::make_shared<Settings>(*best.settings);
+  settings->h = begin.settings->h;
+  best.settings = std::move(settings);
   halt(best);
   rest.potential = simulation.energy().potential;
   rest.broke = broken(simulation) - static_cast<int>(begin.settings->broken.size());

@@ -26,10 +26,11 @@ struct Rest {
 // forces are rounding errors, or 1e-10 of those in play.
 //
 // If particles, bodies or surfaces may touch something that rests, or if springs or rods would
-// break where forces balance, the scene takes its own steps instead, and all velocities become 0
-// whenever the kinetic energy has passed a peak: kinetic damping (Cundall 1976; Barnes 1999, Int.
-// J. Space Struct. 14, 89-104). The force that is left on a particle is its mass times its velocity
-// after a step from rest, over the step.
+// break where forces balance, the scene takes steps of its own method instead, near their limit
+// where only particles on colliders move, and all velocities become 0 whenever the kinetic energy
+// has passed a peak: kinetic damping (Cundall 1976; Barnes 1999, Int. J. Space Struct. 14, 89-104).
+// The force that is left on a particle is its mass times its velocity after a step from rest, over
+// the step.
 //
 // Velocities become 0; the time stays.
 // Throws Error{kUsage} for a first-order scene and one whose colliders move, and the errors of a

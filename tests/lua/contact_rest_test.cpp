@@ -34,10 +34,44 @@ TEST_CASE("a bead on a spring comes to rest on the floor", "[rest]") {
   const study::Rest rest = study::come_to_rest(run.system);
   CHECK(rest.found);
   CHECK(rest.force <= 1e-6 * kG);
+  CHECK(rest.effort.steps < 1000);  // 1701 of its own length
   CHECK(run.system.position(1).y() == Approx(0).margin(1e-9));
   CHECK(run.system.position(1).x() == Approx(0).margin(1e-6));
   CHECK(run.system.velocity(1) == Vec3::Zero());
   CHECK(run.system.t() == 0);
+}
+
+// A particle hangs on a soft spring until a cable of 1e4 times its stiffness catches it.
+// m g = k (y0 - y) + K (-1 - y).
+TEST_CASE("rest is searched with steps near their limit, and with those that hold where it falls",
+          "[rest]") {
+  const auto rest_with = [](double dt, int& steps) {
+    TextRun run(
+        "local particles = sim.particles { mass = 1 }\n"
+        "particles:add {0, 0, 0}\n"
+        "particles:add {0, -0.5, 0}\n"
+        "particles:pin(0)\n"
+        "local spring = sim.force.spring { stiffness = 1, rest = 0.5, ties = { {0, 1} } }\n"
+        "local cable = sim.force.spring { family = \"cable\", stiffness = 1e4, rest = 1,\n"
+        "  tension_only = true, ties = { {0, 1} } }\n" +
+            end_of("forces = { sim.force.gravity {}, spring, cable },\n"
+                   "colliders = { sim.collider.plane { point = {0, -5, 0}, normal = {0, 1, 0} } }"),
+        "verlet", dt);
+    const study::Rest rest = study::come_to_rest(run.system);
+    INFO(dt << " s: " << rest.why << ", " << rest.force << " N of " << rest.in_play);
+    CHECK(rest.found);
+    CHECK(run.system.position(1).y() ==
+          Approx(-(kG + 0.5 + 1e4) / (1 + 1e4)).margin(2e-6 * kG / 1e4));
+    CHECK(run.system.h() == dt);
+    CHECK(run.system.t() == 0);
+    CHECK(run.system.step_count() == 0);
+    steps = static_cast<int>(rest.effort.steps);
+  };
+  // The limits are 2 s and 0.02 s: the last two steps diverge where the cable is tight.
+  int steps[4];
+  const double dts[4] = {2e-4, 2e-3, 2.5e-2, 0.5};
+  for (int i = 0; i < 4; ++i) rest_with(dts[i], steps[i]);
+  CHECK(steps[0] > 3 * steps[1]);
 }
 
 // From 5 um above the floor it lands within a step of 2 ms, after which it has no velocity.
