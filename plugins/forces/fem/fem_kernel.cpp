@@ -151,84 +151,102 @@ SIM_INLINE Rows corotated(const ConstitutiveLaw& law, const Rows& F, const Polar
   return combined(fma(splat<double>(law.lambda), stretch, -mu), polar, mu, F);
 }
 
-// f_a = -sum over the points of w P grad N_a, and f_0 = -sum of the others.
+// f_a = -sum over the points of w P grad N_a, and f_0 = -sum of the others, of kSide vectors of
+// cells that hide each other's divisions.
+template <int kNodes, ConstitutiveLaw::Model kModel, int kSide>
+void forces_of_vectors(const ConstitutiveLaw& law, const FemCells& cells, double* forces,
+                                  std::ptrdiff_t block, int lane) {
+  using Model = ConstitutiveLaw::Model;
+  constexpr int points = kNodes == 4 ? 1 : 4, columns = 3 * (kNodes - 1) + 1;
+  constexpr bool turns = kModel == Model::kCorotated;
+  const double* const rests = cells.rest + block * points * columns * kSideBySide + lane;
+  const std::int32_t* const ids = cells.ids + block * kNodes * kSideBySide + lane;
+  double* const out = forces + block * kNodes * 3 * kSideBySide + lane;
+  // From the first vector to the k-th, in a table of so many rows.
+  const auto to_vector = [](int k, int rows) __attribute__((always_inline)) {
+    return k * kDoubles / kSideBySide * rows * kSideBySide + k * kDoubles % kSideBySide;
+  };
+  V3<double> d[kSide][kNodes - 1], f[kSide][kNodes - 1];
+  for (int point = 0; point < points; ++point) {
+    const auto rest = [&](int k, int column) __attribute__((always_inline)) {
+      return load(rests + to_vector(k, points * columns) +
+                  (point * columns + column) * kSideBySide);
+    };
+    const auto gradient = [&](int k, int a) __attribute__((always_inline)) {
+      return V3<double>{rest(k, 3 * a + 1), rest(k, 3 * a + 2), rest(k, 3 * a + 3)};
+    };
+    Rows F[kSide];
+    Polar polar[kSide];
+#pragma GCC unroll 2
+    for (int k = 0; k < kSide; ++k) {
+      if (point == 0) {
+        const std::int32_t* const own = ids + to_vector(k, kNodes);
+        const V3<double> origin = gather(cells.points, own);
+        for (int a = 0; a < kNodes - 1; ++a) {
+          d[k][a] = gather(cells.points, own + (a + 1) * kSideBySide) - origin;
+          f[k][a] = V3<double>{};
+        }
+      }
+      F[k] = Rows{};
+      for (int a = 0; a < kNodes - 1; ++a) {
+        const V3<double> g = gradient(k, a);
+        F[k].row[0] = times_plus(d[k][a].x, g, F[k].row[0]);
+        F[k].row[1] = times_plus(d[k][a].y, g, F[k].row[1]);
+        F[k].row[2] = times_plus(d[k][a].z, g, F[k].row[2]);
+      }
+      if constexpr (turns) polar[k] = start_of_polar(F[k]);
+    }
+    if constexpr (turns) {
+      for (int i = 0; i < 2; ++i)
+#pragma GCC unroll 2
+        for (int k = 0; k < kSide; ++k) approach(polar[k]);
+      for (int k = 0; k < kSide; ++k)
+        for (int i = 2; i < kRootSteps && bits_of(polar[k].moves) != 0; ++i) approach(polar[k]);
+    }
+#pragma GCC unroll 2
+    for (int k = 0; k < kSide; ++k) {
+      Rows P = kModel == Model::kStVk        ? st_venant_kirchhoff(law, F[k])
+               : kModel == Model::kCorotated ? corotated(law, F[k], polar[k])
+                                             : neo_hookean(law, F[k]);
+      const Doubles w = rest(k, 0);
+      for (int i = 0; i < 3; ++i) P.row[i] = times(w, P.row[i]);
+      for (int a = 0; a < kNodes - 1; ++a) {
+        const V3<double> g = gradient(k, a);
+        f[k][a].x -= dotted(P.row[0], g);
+        f[k][a].y -= dotted(P.row[1], g);
+        f[k][a].z -= dotted(P.row[2], g);
+      }
+      if (point < points - 1) continue;
+      double* const own = out + to_vector(k, 3 * kNodes);
+      V3<double> sum{};
+      for (int a = 0; a < kNodes - 1; ++a) {
+        double* const to = own + (a + 1) * 3 * kSideBySide;
+        store(to, f[k][a].x);
+        store(to + kSideBySide, f[k][a].y);
+        store(to + 2 * kSideBySide, f[k][a].z);
+        sum = sum - f[k][a];
+      }
+      store(own, sum.x);
+      store(own + kSideBySide, sum.y);
+      store(own + 2 * kSideBySide, sum.z);
+    }
+  }
+}
+
 template <int kNodes, ConstitutiveLaw::Model kModel>
 void forces_of(const ConstitutiveLaw& law, const FemCells& cells, double* forces, int begin,
                int end) {
-  using Model = ConstitutiveLaw::Model;
-  constexpr int points = kNodes == 4 ? 1 : 4, columns = 3 * (kNodes - 1) + 1;
-  // Two vectors side by side hide each other's divisions.
-  constexpr bool turns = kModel == Model::kCorotated;
-  constexpr int side = turns && kDoubles < kSideBySide ? 2 : 1;
-  for (int block = begin; block < end; ++block)
-    for (int lane = 0; lane < kSideBySide; lane += side * kDoubles) {
-      const std::ptrdiff_t at = block;
-      const std::int32_t* const ids = cells.ids + at * kNodes * kSideBySide + lane;
-      double* const out = forces + at * kNodes * 3 * kSideBySide + lane;
-      V3<double> d[side][kNodes - 1], f[side][kNodes - 1];
-      for (int point = 0; point < points; ++point) {
-        const double* const rest =
-            cells.rest + (at * points + point) * columns * kSideBySide + lane;
-        const auto gradient = [&](int k, int a) __attribute__((always_inline)) {
-          const double* const g = rest + k * kDoubles + (1 + 3 * a) * kSideBySide;
-          return V3<double>{load(g), load(g + kSideBySide), load(g + 2 * kSideBySide)};
-        };
-        Rows F[side];
-        Polar polar[side];
-#pragma GCC unroll 2
-        for (int k = 0; k < side; ++k) {
-          if (point == 0) {
-            const V3<double> first = gather(cells.points, ids + k * kDoubles);
-            for (int a = 0; a < kNodes - 1; ++a) {
-              d[k][a] = gather(cells.points, ids + k * kDoubles + (a + 1) * kSideBySide) - first;
-              f[k][a] = V3<double>{};
-            }
-          }
-          F[k] = Rows{};
-          for (int a = 0; a < kNodes - 1; ++a) {
-            const V3<double> g = gradient(k, a);
-            F[k].row[0] = times_plus(d[k][a].x, g, F[k].row[0]);
-            F[k].row[1] = times_plus(d[k][a].y, g, F[k].row[1]);
-            F[k].row[2] = times_plus(d[k][a].z, g, F[k].row[2]);
-          }
-          if constexpr (turns) polar[k] = start_of_polar(F[k]);
-        }
-        if constexpr (turns) {
-          for (int i = 0; i < 2; ++i)
-#pragma GCC unroll 2
-            for (int k = 0; k < side; ++k) approach(polar[k]);
-          for (int k = 0; k < side; ++k)
-            for (int i = 2; i < kRootSteps && bits_of(polar[k].moves) != 0; ++i) approach(polar[k]);
-        }
-#pragma GCC unroll 2
-        for (int k = 0; k < side; ++k) {
-          Rows P = kModel == Model::kStVk        ? st_venant_kirchhoff(law, F[k])
-                   : kModel == Model::kCorotated ? corotated(law, F[k], polar[k])
-                                                 : neo_hookean(law, F[k]);
-          const Doubles w = load(rest + k * kDoubles);
-          for (int i = 0; i < 3; ++i) P.row[i] = times(w, P.row[i]);
-          for (int a = 0; a < kNodes - 1; ++a) {
-            const V3<double> g = gradient(k, a);
-            f[k][a].x -= dotted(P.row[0], g);
-            f[k][a].y -= dotted(P.row[1], g);
-            f[k][a].z -= dotted(P.row[2], g);
-          }
-          if (point < points - 1) continue;
-          V3<double> sum{};
-          for (int a = 0; a < kNodes - 1; ++a) {
-            double* const to = out + k * kDoubles + (a + 1) * 3 * kSideBySide;
-            store(to, f[k][a].x);
-            store(to + kSideBySide, f[k][a].y);
-            store(to + 2 * kSideBySide, f[k][a].z);
-            sum = sum - f[k][a];
-          }
-          double* const to = out + k * kDoubles;
-          store(to, sum.x);
-          store(to + kSideBySide, sum.y);
-          store(to + 2 * kSideBySide, sum.z);
-        }
-      }
-    }
+  constexpr int side = kModel == ConstitutiveLaw::Model::kCorotated ? 2 : 1;
+  if constexpr (side * kDoubles > kSideBySide) {
+    std::ptrdiff_t block = begin;
+    for (; block + side <= end; block += side)
+      forces_of_vectors<kNodes, kModel, side>(law, cells, forces, block, 0);
+    if (block < end) forces_of_vectors<kNodes, kModel, 1>(law, cells, forces, block, 0);
+  } else {
+    for (std::ptrdiff_t block = begin; block < end; ++block)
+      for (int lane = 0; lane < kSideBySide; lane += side * kDoubles)
+        forces_of_vectors<kNodes, kModel, side>(law, cells, forces, block, lane);
+  }
 }
 
 SIM_INLINE Doubles squared(const Rows& m) {
