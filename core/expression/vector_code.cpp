@@ -15,10 +15,10 @@
 namespace sim {
 namespace {
 
-constexpr int kLanes = 4;                  // of a register of AVX2
-constexpr int kMostBlock = 128;            // elements that are interpreted at a time
-constexpr std::ptrdiff_t kScratch = 8192;  // numbers of interpreted registers, on the stack
-constexpr std::size_t kMasks = 2;          // numbers behind those of the operands: sign, and size
+constexpr int kLanes = 8, kLanesOfAvx2 = 4;  // of a register
+constexpr int kMostBlock = 128;              // elements that are interpreted at a time
+constexpr std::ptrdiff_t kScratch = 8192;    // numbers of interpreted registers, on the stack
+constexpr std::size_t kMasks = 2;            // numbers behind those of the operands: sign, and size
 
 using Kind = VectorCode::Operand::Kind;
 
@@ -30,8 +30,9 @@ namespace {
 using x86::Opcode, x86::Recipe;
 
 // Writes code for `void f(double* const* arrays, const double* numbers, ptrdiff_t bytes)`: a loop
-// over elements, four at a time, whose bytes in an array are a multiple of 32. Instructions of AVX2
-// name their result apart from their operands, the last of which may lie in memory.
+// over elements, four at a time with AVX2 and eight with AVX-512, whose bytes in an array are a
+// multiple of 64. Instructions name their result apart from their operands, the last of which may
+// lie in memory.
 //
 // The numbers that are read most stay in registers throughout the loop, as many as make its
 // accesses to memory the fewest. A value that has no register left is written to memory; the one
@@ -39,10 +40,12 @@ using x86::Opcode, x86::Recipe;
 class LoopAssembler {
  public:
   LoopAssembler(std::span<const Instruction> code, std::span<const VectorCode::Operand> slots,
-                std::size_t stride)
+                std::size_t stride, int lanes)
       : code_(code),
         operands_(slots),
         stride_(stride),
+        lanes_(lanes),
+        registers_(lanes == kLanes ? 32 : 16),
         in_memory_(slots.size()),
         uses_(slots.size()),
         spill_(slots.size()) {
@@ -57,7 +60,7 @@ class LoopAssembler {
     std::ranges::stable_sort(numbers_, std::ranges::greater{},
                              [&](int slot) { return uses_[index(slot)].size(); });
     int best = 0, fewest = kNever;
-    const int most = std::min(kMostKept, static_cast<int>(numbers_.size()));
+    const int most = static_cast<int>(std::min(registers_.size() - kLeast, numbers_.size()));
     for (kept_ = 0; kept_ <= most; ++kept_) {
       write();
       if (accesses_ < fewest) {
@@ -84,10 +87,8 @@ class LoopAssembler {
   static constexpr unsigned char kUniforms = 6, kIndex = 2, kArrays = 7;
 
   // Registers of numbers throughout the loop leave room for an instruction.
-  static constexpr int kRegisters = 16, kMostKept = 12, kNone = -1;
-  static constexpr int kNever = std::numeric_limits<int>::max();
-
-  static constexpr std::uint32_t kSpill = 8 * kLanes;  // bytes
+  static constexpr std::size_t kLeast = 4;
+  static constexpr int kNone = -1, kNever = std::numeric_limits<int>::max();
 
   struct Use {
     int at;  // an instruction that reads the slot first and then writes it
@@ -109,7 +110,7 @@ class LoopAssembler {
 
   void write() {
     bytes_.clear();
-    registers_.fill(kNone);
+    std::ranges::fill(registers_, kNone);
     for (std::size_t i = 0; i < operands_.size(); ++i)
       in_memory_[i] = operands_[i].kind != Kind::kRegister;
     spills_ = 0;
@@ -134,11 +135,11 @@ class LoopAssembler {
     accesses_ = 0;
     const std::size_t loop = bytes_.size();
     for (now_ = 0; now_ < code_.size(); ++now_) arithmetic();
-    add({0x48, 0x83, 0xc2, 8 * kLanes, 0x0f, 0x85});  // add rdx, 32; jnz
+    add({0x48, 0x83, 0xc2, static_cast<unsigned char>(width()), 0x0f, 0x85});  // add rdx; jnz
     add_number(static_cast<std::uint32_t>(loop - bytes_.size() - 4));
     add({0xc5, 0xf8, 0x77});  // vzeroupper
     add({0x48, 0x81, 0xc4});  // add rsp
-    add_number(kSpill * spills_);
+    add_number(width() * spills_);
     std::copy_n(bytes_.end() - 4, 4, bytes_.begin() + static_cast<std::ptrdiff_t>(room));
     for (std::size_t i = saved; i-- > kFirstSaved;) push(kAddress[i], 0x58);
     add({0xc3});
@@ -209,9 +210,17 @@ class LoopAssembler {
     const Instruction& now = code_[now_];
     const Source a = operand(now.operand[0], {});
     const Source b = in_register(now.operand[1], std::array{a.reg});
+    if (lanes_ == kLanes) {
+      const int to = room({a.reg, b.reg}, {});
+      operate(x86::kCompare, 1, b.reg, b);  // to the mask k1
+      add({3});                             // either is no number
+      operate(op, to, b.reg, a);
+      set_where_k1(to);
+      return finish(to);
+    }
     const int unordered = room({a.reg, b.reg}, {});
     operate(x86::kCompare, unordered, b.reg, b);
-    add({3});  // either is no number
+    add({3});
     const int to = room({a.reg, b.reg, unordered}, {});
     operate(op, to, b.reg, a);
     operate(x86::kOr, to, to, {kNone, unordered});
@@ -279,7 +288,7 @@ class LoopAssembler {
   // A register without a value, none of `busy`.
   int emptied(std::span<const int> busy) {
     int best = kNone, furthest = -1;
-    for (int reg = kept_; reg < kRegisters; ++reg) {
+    for (int reg = kept_; reg < std::ssize(registers_); ++reg) {
       if (std::ranges::find(busy, reg) != busy.end()) continue;
       const int slot = registers_[index(reg)];
       if (slot == kNone) return reg;
@@ -321,6 +330,7 @@ class LoopAssembler {
 
   // --- Bytes ---
 
+  std::uint32_t width() const { return static_cast<std::uint32_t>(8 * lanes_); }  // bytes
   static std::size_t index(int number) { return static_cast<std::size_t>(number); }
   void add(std::initializer_list<unsigned char> bytes) {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
@@ -344,10 +354,10 @@ class LoopAssembler {
     return static_cast<unsigned char>(0x48 | (to > 7 ? 4 : 0) | (from > 7 ? 1 : 0));
   }
 
-  // to := first op second, on 256 bits; instructions of one operand have no `first`.
+  // to := first op second; instructions of one operand have no `first`.
   void operate(Opcode op, int to, int first, const Source& second) {
     if (second.reg == kNone) return memory(op, to, first, second.slot);
-    prefix(to, first, second.reg);
+    prefix(to, first, second.reg, second.reg > 15);
     add({op, static_cast<unsigned char>(0xc0 | (to & 7) << 3 | (second.reg & 7))});
   }
   void memory(Opcode op, int value, int first, int slot) {
@@ -361,7 +371,7 @@ class LoopAssembler {
     } else if (operands_[at].kind == Kind::kRegister) {
       prefix(value, first, 0);
       add({op, static_cast<unsigned char>(low | 4), 0x24});  // rsp
-      add_number(kSpill * spill_[at]);
+      add_number(width() * spill_[at]);
     } else {
       const unsigned char base = kAddress[index(address_[index(operands_[at].array)])];
       prefix(value, first, base);
@@ -370,15 +380,33 @@ class LoopAssembler {
       add_number(static_cast<std::uint32_t>(8 * operands_[at].distance));
     }
   }
-  // VEX.256.66.0F.
-  void prefix(int to, int first, int from) {
-    add({0xc4, static_cast<unsigned char>((to > 7 ? 0 : 0x80) | 0x40 | (from > 7 ? 0 : 0x20) | 1),
-         static_cast<unsigned char>((~first & 15) << 3 | 4 | 1)});
+  // VEX.256.66.0F, or EVEX.512.66.0F.W1, which names registers from 16 on by bits of its own.
+  void prefix(int to, int first, int from, bool high = false) {
+    const int bits = (to & 8 ? 0 : 0x80) | (high ? 0 : 0x40) | (from & 8 ? 0 : 0x20);
+    const int last = (~first & 15) << 3;
+    if (lanes_ == kLanes)
+      add_bytes(0x62, bits | (to & 16 ? 0 : 0x10) | 1, 0x80 | last | 4 | 1,
+                0x40 | (first & 16 ? 0 : 8));
+    else
+      add_bytes(0xc4, bits | 1, last | 4 | 1);
+  }
+  // All bits of the elements whose bit in k1 is set: vpternlogq, EVEX.512.66.0F3A.W1.
+  void set_where_k1(int reg) {
+    prefix(reg, reg, reg, reg > 15);
+    bytes_[bytes_.size() - 3] |= 2;
+    bytes_.back() |= 1;
+    add_bytes(0x25, 0xc0 | (reg & 7) << 3 | (reg & 7), 0xff);
+  }
+  template <class... Byte>
+  void add_bytes(Byte... each) {
+    add({static_cast<unsigned char>(each)...});
   }
 
   std::span<const Instruction> code_;
   std::span<const VectorCode::Operand> operands_;
   std::size_t stride_;
+  int lanes_;                           // of a register
+  std::vector<int> registers_;          // slots
   std::vector<int> address_;            // of each array, a number of kAddress
   std::size_t arrays_ = 0;              // that have addresses
   std::vector<bool> in_memory_;         // the value of each slot
@@ -387,16 +415,17 @@ class LoopAssembler {
   std::uint32_t spills_ = 0;
   std::vector<unsigned char> bytes_;
   std::size_t now_ = 0;
-  std::array<int, kRegisters> registers_{};  // slots
-  std::vector<int> numbers_;                 // slots, the one read most first
-  int kept_ = 0;                             // of them have the first registers
-  int accesses_ = 0;                         // to memory, in the loop
+  std::vector<int> numbers_;  // slots, the one read most first
+  int kept_ = 0;              // of them have the first registers
+  int accesses_ = 0;          // to memory, in the loop
 };
+
+// Numbers in a register of this machine; none without AVX2.
+int lanes() { return for_simd_level(0, 0, kLanesOfAvx2, kLanes); }
 
 bool may_be_native(std::span<const Instruction> code, std::span<const VectorCode::Operand> slots) {
   constexpr std::ptrdiff_t kFurthest = std::ptrdiff_t{1} << 27;  // bytes fit an instruction
-  return for_simd_level(false, false, true, true) &&
-         std::ranges::none_of(
+  return std::ranges::none_of(
              code, [](const auto& now) { return x86::recipe(now.op).form == Recipe::kCall; }) &&
          std::ranges::all_of(slots,
                              [](const auto& slot) { return std::abs(slot.distance) < kFurthest; });
@@ -411,8 +440,8 @@ VectorCode::VectorCode(std::vector<Instruction> code, std::vector<Operand> opera
   const auto values = std::ranges::count(operands_, Kind::kRegister, &Operand::kind);
   if (operands_.size() > kMostOperands || values > kMostRegisters) refuse_large_code();
 #ifdef SIM_WRITES_CODE
-  if (form == Form::kFastest && !code_.empty() && may_be_native(code_, operands_)) {
-    const LoopAssembler assembler(code_, operands_, stride_);
+  if (form == Form::kFastest && !code_.empty() && lanes() > 0 && may_be_native(code_, operands_)) {
+    const LoopAssembler assembler(code_, operands_, stride_, lanes());
     if (!assembler.bytes().empty()) pages_ = x86::CodePages(assembler.bytes());
     native_ = pages_.entry<Native>();
   }

@@ -11,10 +11,10 @@
 
 namespace sim {
 
-// On machines with AVX2 the instructions become a loop of machine code over four elements at a
-// time, in which values stay in registers. Elsewhere, and if an instruction is an elementary
-// function, each is interpreted for a block of elements. The bits are the same: every operation is
-// rounded alone.
+// On machines with AVX2 the instructions become a loop of machine code over four or, with AVX-512,
+// eight elements at a time, in which values stay in registers. Elsewhere, and if an instruction is
+// an elementary function, each is interpreted for a block of elements. The bits are the same: every
+// operation is rounded alone.
 class VectorCode {
  public:
   enum class Form { kFastest, kInterpreted };
