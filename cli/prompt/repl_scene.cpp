@@ -1,13 +1,13 @@
 #include "cli/prompt/repl_scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "cli/run/judged.h"
 #include "cli/terminal/signals.h"
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/study/run/verification.h"
@@ -90,9 +90,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   std::optional<double> cut;
   const double from = scene.systems.front().t();
   std::vector<bool> accounted;  // the work so far is known
-  const auto seconds_so_far = [begin = std::chrono::steady_clock::now()] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
+  const Stopwatch watch;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     Simulation& system = scene.systems[i];
     system.stop_when(SessionSignals::any);
@@ -144,7 +142,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
       break;
     }
     tracks[next].sample();
-    if (!beside && judge && !until && seconds_so_far() > Track::kQuick) {
+    if (!beside && judge && !until && watch.seconds() > Track::kQuick) {
       beside = true;
       study::verify_beside({}, tracks, scene.systems[next].threads(), SessionSignals::any);
     }
@@ -157,7 +155,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
   if (until)
     for (Track& track : tracks) track.leave_unverified("positions not verified");
   else
-    study::verify({}, tracks, seconds_so_far(), SessionSignals::any);
+    study::verify({}, tracks, watch.seconds(), SessionSignals::any);
   const Verdict verdict = overall_verdict(tracks);
   judged_ = {verdict, from, scene.systems.front().t(), cut,
              tracks.front().began_anew() ? scene.systems.front().method().name() : ""};

@@ -1,11 +1,11 @@
 // Commands about the scene, its settings and the session.
-#include <chrono>
 #include <cmath>
 
 #include "cli/prompt/repl_actions.h"
 #include "cli/prompt/repl_help.h"
 #include "cli/verbs/list.h"
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 
@@ -189,14 +189,13 @@ Answer time(Call& call) {
   };
   const double t = session.live().system().t();
   const std::int64_t before = steps();
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   if (const auto* function = std::get_if<DataFunction>(&call[0].value)) {
     session.lua().call(*function);
   } else {
     session.run_line(call.text(0, "Lua code or a command"));
   }
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = watch.seconds();
   if (!call.spoken) return {seconds};
   std::string text = brief(seconds, 3) + " s";
   if (const std::int64_t taken = steps() - before; taken > 0)

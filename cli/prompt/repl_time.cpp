@@ -1,5 +1,4 @@
 // Commands that move in time.
-#include <chrono>
 #include <cmath>
 
 #include "cli/prompt/repl_actions.h"

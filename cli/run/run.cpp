@@ -1,7 +1,6 @@
 #include "cli/run/run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "cli/verbs/rest.h"
 #include "core/base/duration_text.h"
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/report/goal_report.h"
@@ -48,7 +48,6 @@ class Run {
   int go();
 
  private:
-  using Clock = std::chrono::steady_clock;
   static constexpr double kLong = 10;  // s; a run that takes more says so
 
   int take_steps(const Interrupts& interrupts);
@@ -58,9 +57,6 @@ class Run {
   void measure(Track& track, bool last = false);
   std::size_t index_of(const Track& track) const {
     return static_cast<std::size_t>(&track - tracks_.data());
-  }
-  double seconds_so_far() const {
-    return std::chrono::duration<double>(Clock::now() - begin_).count();
   }
   void begin_long_run(double seconds);
   void mention_long_step();
@@ -80,7 +76,7 @@ class Run {
   Report report_;
   Progress progress_;
   RunOutputs outputs_;
-  Clock::time_point begin_ = Clock::now();
+  Stopwatch watch_;
   double seconds_ = 0;
   bool long_told_ = false;                     // that it takes long
   std::string explanation_;                    // of a divergence, for people
@@ -196,7 +192,7 @@ int Run::take_steps(const Interrupts& interrupts) {
   }
   outputs_.look(tracks_);
 
-  begin_ = Clock::now();
+  watch_ = {};
   bool begun = false;
   source_->start();
   Track* track = furthest_behind(tracks_);
@@ -209,12 +205,12 @@ int Run::take_steps(const Interrupts& interrupts) {
     measure(*track);
     outputs_.look(tracks_);
     progress_.update(tracks_);
-    if (!begun && seconds_so_far() > Track::kQuick) {
+    if (!begun && watch_.seconds() > Track::kQuick) {
       begun = true;
-      begin_long_run(seconds_so_far());
+      begin_long_run(watch_.seconds());
     }
   }
-  seconds_ = seconds_so_far();
+  seconds_ = watch_.seconds();
   progress_.clear();
 
   // A run that stopped early ends with the state it stopped in.
@@ -247,7 +243,7 @@ void Run::begin_long_run(double seconds) {
 
 // Adaptive methods may take many steps for one of ours.
 void Run::mention_long_step() {
-  if (long_told_ || request_.quiet || seconds_so_far() < kLong) return;
+  if (long_told_ || request_.quiet || watch_.seconds() < kLong) return;
   long_told_ = true;
   const Track* const track = study::furthest_behind(tracks_);
   if (!track) return;

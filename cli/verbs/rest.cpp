@@ -1,10 +1,9 @@
 #include "cli/verbs/rest.h"
 
-#include <chrono>
-
 #include "cli/terminal/signals.h"
 #include "core/base/duration_text.h"
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/output/format.h"
 #include "core/output/tables.h"
 #include "core/report/rest_report.h"
@@ -19,7 +18,7 @@ class RestWatch {
 
   bool stop() {
     constexpr double kOften = 10;  // s
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    const double seconds = watch_.seconds();
     if (words_ && seconds >= next_) {
       next_ = seconds < kOften ? kOften : next_ + kOften;
       *words_ << "sim: note: no rest yet after " << rough_time(seconds)
@@ -30,11 +29,9 @@ class RestWatch {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   std::ostream* words_;
   double next_ = 2;  // s
-  const Clock::time_point begin_ = Clock::now();
+  const Stopwatch watch_;
 };
 
 }  // namespace

@@ -217,12 +217,11 @@ bool Sweep::run(StudyProgress& progress) {
   }
   std::ranges::reverse(waiting);
   std::list<Job> jobs;
-  const auto begin = CaseProcess::Clock::now();
+  const Stopwatch begun;
   const auto time_left = [&]() -> std::string {
     const std::size_t run = done_ - kept_;
     if (run == 0) return "";
-    const std::chrono::duration<double> taken = CaseProcess::Clock::now() - begin;
-    const double each = taken.count() / static_cast<double>(run);
+    const double each = begun.seconds() / static_cast<double>(run);
     return ", " + brief(std::ceil(each * static_cast<double>(total - done_)), 3) + " s left";
   };
   const auto start = [&](std::vector<std::size_t>& from, std::size_t count) {

@@ -100,16 +100,15 @@ std::vector<CaseResult> measured_cases(std::span<const CaseRun> runs,
   for (const auto& each : cases)
     if (each) systems.push_back(&each->scene.systems.front());
   step_side_by_side(systems);
-  const auto begin = CaseProcess::Clock::now();
+  const Stopwatch watch;
   for_each_case([&](std::size_t i) { cases[i]->judged.run(); });
-  const std::chrono::duration<double> taken = CaseProcess::Clock::now() - begin;
-  const double mean = taken.count() / static_cast<double>(std::max<std::size_t>(1, systems.size()));
+  const double mean =
+      watch.seconds() / static_cast<double>(std::max<std::size_t>(1, systems.size()));
   for_each_case([&](std::size_t i) { results[i] = cases[i]->result(mean, registry); });
   return results;
 }
 
-CaseProcess::CaseProcess(const std::function<std::vector<CaseResult>()>& work)
-    : begin_(Clock::now()) {
+CaseProcess::CaseProcess(const std::function<std::vector<CaseResult>()>& work) {
   int ends[2];
   const pid_t parent = ::getpid();
   if (::pipe2(ends, O_CLOEXEC) == 0) child_ = ::fork();
@@ -145,7 +144,7 @@ CaseProcess::CaseProcess(const std::function<std::vector<CaseResult>()>& work)
 CaseProcess::CaseProcess(CaseProcess&& other) noexcept
     : child_(std::exchange(other.child_, -1)),
       pipe_(std::exchange(other.pipe_, -1)),
-      begin_(other.begin_),
+      watch_(other.watch_),
       said_(std::move(other.said_)) {}
 
 CaseProcess::~CaseProcess() {
@@ -159,10 +158,6 @@ bool CaseProcess::take() {
   const ssize_t got = ::read(pipe_, bytes, sizeof bytes);
   if (got > 0) said_.append(bytes, static_cast<std::size_t>(got));
   return got > 0 || (got < 0 && errno == EINTR);
-}
-
-double CaseProcess::seconds() const {
-  return std::chrono::duration<double>(Clock::now() - begin_).count();
 }
 
 void CaseProcess::end() {

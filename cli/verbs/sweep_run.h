@@ -3,7 +3,6 @@
 
 #include <sys/types.h>
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "cli/run/judged.h"
 #include "cli/run/scene.h"
 #include "core/base/input_file.h"
+#include "core/base/stopwatch.h"
 #include "core/report/case_run.h"
 #include "core/report/check.h"
 
@@ -46,24 +46,22 @@ std::vector<CaseResult> measured_cases(std::span<const CaseRun> runs,
 // Runs a function in a process of its own, which ends with this one, however that ends.
 class CaseProcess {
  public:
-  using Clock = std::chrono::steady_clock;
-
   explicit CaseProcess(const std::function<std::vector<CaseResult>()>& work);  // throws Error{kIo}
   ~CaseProcess();  // ends it if it still runs
   CaseProcess(CaseProcess&& other) noexcept;
   CaseProcess& operator=(CaseProcess&&) = delete;
 
-  int pipe() const { return pipe_; }        // readable when there is something to take()
-  bool take();                              // false: it has said everything
-  double seconds() const;                   // since its start
-  void end();                               // at once
-  int wait();                               // its exit code, 128 + signal
-  std::vector<CaseResult> results() const;  // after 0; none where it was cut off
+  int pipe() const { return pipe_; }                   // readable when there is something to take()
+  bool take();                                         // false: it has said everything
+  double seconds() const { return watch_.seconds(); }  // since its start
+  void end();                                          // at once
+  int wait();                                          // its exit code, 128 + signal
+  std::vector<CaseResult> results() const;             // after 0; none where it was cut off
 
  private:
   pid_t child_ = -1;
   int pipe_ = -1;
-  Clock::time_point begin_;
+  Stopwatch watch_;
   std::string said_;
 };
 

@@ -33,7 +33,9 @@ FoundChoice choose_for_view(const SceneRequest& scene, const std::string& error,
                             const study::Watch& watch) {
   FoundChoice found;
   try {
-    RunRequest request{.scene = scene, .error = study::parse_budget("error", error)};
+    RunRequest request;
+    request.scene = scene;
+    request.error = study::parse_budget("error", error);
     request.scene.integrator = {};
     request.scene.dt = 0;
     LoadedScene loaded = load(request.scene, environment, registry);

@@ -24,10 +24,6 @@ constexpr double kSpare = 0.1;  // of real time: steps that leave room for those
 constexpr int kFew = 20000;     // particles
 constexpr std::size_t kMostHands = 32;
 
-double seconds_since(std::chrono::steady_clock::time_point then) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
-}
-
 // The largest coordinate of anything, m.
 double reach(const Moment& moment) {
   double most = 0;
@@ -44,12 +40,12 @@ std::vector<Moment> preview_of(const LoadedScene& scene, const SceneRequest& req
   for (const SystemSpec& spec : scene.spec.systems)
     systems.emplace_back(spec, registry, run_options(request, spec, registry));
   std::vector<Moment> moments;
-  const auto begin = std::chrono::steady_clock::now();
-  for (int i = 0; i <= kPreviewMoments && seconds_since(begin) < kPreview; ++i) {
+  const Stopwatch watch;
+  for (int i = 0; i <= kPreviewMoments && watch.seconds() < kPreview; ++i) {
     Moment moment;
     for (Simulation& system : systems) {
       const double until = std::max(system.duration(), system.h()) * i / kPreviewMoments;
-      while (system.t() < until && seconds_since(begin) < kPreview)
+      while (system.t() < until && watch.seconds() < kPreview)
         if (system.steps(8) == 0) break;
       moment.push_back(take_frame(system));
     }
@@ -70,8 +66,7 @@ Live::Live(LoadedScene& scene, const SceneRequest& request, Registry& registry, 
                                 : Player(scene.systems, scene.spec.world, std::move(timelines))),
       preview_(preview_of(scene, request, registry)),
       measured_(scene, registry),
-      shares_(scene.systems.size(), std::nan("")),
-      last_(Clock::now()) {
+      shares_(scene.systems.size(), std::nan("")) {
   for (std::size_t i = 0; i < scene.systems.size(); ++i) {
     models_.push_back(make_model(scene.spec.systems[i], scene.systems[i]));
     accounts_.emplace_back(player_, i, scene_.spec.systems[i], registry_);
@@ -105,9 +100,9 @@ ViewScene Live::scene() const {
 // --- Time -------------------------------------------------------------------------------------
 
 void Live::run(double seconds) {
-  const double passed = std::min(seconds_since(last_), 1.0);
-  last_ = Clock::now();
-  travel([&] { return seconds_since(last_) < seconds; });
+  const double passed = std::min(since_last_.seconds(), 1.0);
+  since_last_ = {};
+  travel([&] { return since_last_.seconds() < seconds; });
   if (!playing_ || player_.failed() >= 0) {
     debt_ = 0;
     return;
@@ -116,16 +111,16 @@ void Live::run(double seconds) {
   debt_ += passed * speed_;
   move_hands();
   const double start = player_.system().t();
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   bool slow = false;
   while (debt_ > 0 && player_.failed() < 0) {
     const double h = player_.system().h(), before = player_.system().t();
     // No more steps than there is time for, and half of that: they may take longer than the last
     // ones.
-    const double left = seconds - seconds_since(begin);
+    const double left = seconds - watch.seconds();
     const double fit = step_cost_ > 0 ? std::min(64.0, left / step_cost_ / 2) : 64.0;
     const auto most = static_cast<std::int64_t>(std::clamp(debt_ / h, 1.0, std::max(1.0, fit)));
-    const auto start_of_steps = Clock::now();
+    const Stopwatch of_steps;
     const std::int64_t steps = player_.advance(std::min(most, accounts_.front().due()));
     if (steps == 0) {
       fail_as_player();
@@ -133,17 +128,17 @@ void Live::run(double seconds) {
     }
     taken_ += steps;
     fresh_ = true;
-    step_cost_ = seconds_since(start_of_steps) / static_cast<double>(steps);
+    step_cost_ = of_steps.seconds() / static_cast<double>(steps);
     debt_ -= player_.system().t() - before;
     for (EnergyAccount& each : accounts_) each.stepped();
-    if (seconds_since(begin) > seconds) {
+    if (watch.seconds() > seconds) {
       slow = debt_ > 0;
       break;
     }
   }
   stop_explosion();
   debt_ = std::min(debt_, longest);
-  spent_ += seconds_since(begin);
+  spent_ += watch.seconds();
   wall_ += passed;
   simulated_ += player_.system().t() - start;
   if (wall_ > kMeasured) {
@@ -227,11 +222,10 @@ void Live::fail(std::size_t system, std::string words) {
 void Live::measure_limits() {
   constexpr double kLeast = 1, kTimes = 50;  // s, times its cost: until the next sample
   shares_stale_ = false;
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   for (std::size_t i = 0; i < shares_.size(); ++i) shares_[i] = stable_share(player_.system(i));
-  limits_ = Clock::now() +
-            std::chrono::duration_cast<Clock::duration>(
-                std::chrono::duration<double>(std::max(kLeast, kTimes * seconds_since(begin))));
+  limits_hold_ = std::max(kLeast, kTimes * watch.seconds());
+  since_limits_ = {};
 }
 
 // The same words as for a run.
@@ -337,7 +331,7 @@ std::string Live::verdict(std::size_t i) {
 
 ViewState Live::state() {
   fresh_ = false;
-  if (shares_stale_ || (playing_ && Clock::now() > limits_)) measure_limits();
+  if (shares_stale_ || (playing_ && since_limits_.seconds() > limits_hold_)) measure_limits();
   ViewState all{.number = number_, .playing = playing_, .slow = was_slow_};
   all.speed = speed_;
   all.real = real_;

@@ -1,7 +1,6 @@
 // A live scene behind a view: what is said there is checked and done, what it shows is made here.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -14,6 +13,7 @@
 #include "cli/view/account.h"
 #include "cli/view/error_search.h"
 #include "cli/view/measured.h"
+#include "core/base/stopwatch.h"
 #include "core/output/view.h"
 #include "core/session/player.h"
 
@@ -62,7 +62,6 @@ class Live {
   void choose(const FoundChoice& found);  // the end of the search for the present goal
 
  private:
-  using Clock = std::chrono::steady_clock;
   struct Hand {
     std::size_t system = 0;
     int particle = -1;
@@ -113,8 +112,9 @@ class Live {
     bool known = false;  // the step is one that was there before
   };
   std::optional<Travel> travel_;
-  Clock::time_point last_, limits_;
-  double step_cost_ = 0;  // s
+  Stopwatch since_last_, since_limits_;
+  double limits_hold_ = 0;  // s, until they are measured again
+  double step_cost_ = 0;    // s
   bool fresh_ = true, all_ = false;
   double spent_ = 0, wall_ = 0, simulated_ = 0;  // s, since the last measurement
   std::int64_t taken_ = 0;

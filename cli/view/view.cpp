@@ -19,6 +19,7 @@
 #include "cli/view/live.h"
 #include "cli/view/terminal.h"
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/output/view.h"
 #include "core/report/recording_file.h"
 #include "core/report/replays.h"
@@ -204,9 +205,9 @@ void serve(Stage& stage, const Plugin<View>& plugin, const ViewRequest& request,
     const bool changed = live.fresh() || shown->touched();
     if (!shown->wants_frame() || (!changed && Clock::now() < quiet)) continue;
     quiet = Clock::now() + span(kQuiet);
-    const auto begin = Clock::now();
+    const Stopwatch watch;
     shown->show(live.moment(), live.state());
-    drawn = std::chrono::duration<double>(Clock::now() - begin).count();
+    drawn = watch.seconds();
   }
 }
 

@@ -1,8 +1,8 @@
 // Judged runs.
-#include <chrono>
 #include <cmath>
 #include <cstring>
 
+#include "core/base/stopwatch.h"
 #include "core/c/handles.h"
 #include "core/c/run.h"
 #include "core/c/watcher.h"
@@ -64,7 +64,6 @@ void check_verify(int verify) {
 }
 
 void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
-  using Clock = std::chrono::steady_clock;
   const double time = task.time;
   if (!task.replays && !task.engine && scene.generation == 1 && asks_for_error(scene, true))
     choose(scene, {.time = time}, watcher);
@@ -108,8 +107,7 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
     if (known.verified()) tracks.back().verified_by(std::move(known), scene.choices[i]->allowed);
   }
   running = &tracks;
-  const Clock::time_point begin = Clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  const Stopwatch watch;
   const study::VerificationPlan plan{.wish = static_cast<study::Verify>(task.verify)};
   engine::StepSource source(loaded.spec, tracks, task.replays);
   if (task.engine)
@@ -125,7 +123,7 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
     };
   bool early = true;
   const auto verify_beside = [&] {
-    if (!early || seconds() < Track::kQuick) return;
+    if (!early || watch.seconds() < Track::kQuick) return;
     early = false;
     study::verify_beside(plan, tracks, loaded.systems.front().threads(),
                          [&] { return watcher.told(); });
@@ -137,7 +135,7 @@ void run(sim_scene& scene, const RunTask& task, Watcher& watcher) {
     if (!watcher.told()) throw;
     give_up(tracks);
   }
-  scene.seconds = seconds();
+  scene.seconds = watch.seconds();
   what = "verification";
   if (!watcher.told()) study::verify(plan, tracks, scene.seconds, stop);
   for (std::size_t i = 0; chosen && i < tracks.size(); ++i)

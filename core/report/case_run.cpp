@@ -1,10 +1,10 @@
 #include "core/report/case_run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/report/summary.h"
@@ -186,11 +186,10 @@ std::vector<std::string> JudgedCase::row(double seconds) {
 }
 
 std::vector<std::string> run_case(StudiedScene& scene, Registry& registry, const CaseTask& task) {
-  using Clock = std::chrono::steady_clock;
   JudgedCase judged(scene, registry, task);
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   judged.run();
-  return judged.row(std::chrono::duration<double>(Clock::now() - begin).count());
+  return judged.row(watch.seconds());
 }
 
 std::vector<std::string> lost_case(int exit, const std::string& reason, std::size_t observed) {

@@ -1,11 +1,11 @@
 #include "core/report/comparison.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <ranges>
 
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/output/format.h"
 #include "core/output/make_writer.h"
@@ -132,10 +132,9 @@ bool Comparison::step(Runner& runner, double end, const std::function<bool()>& g
     const double left = (end + slack - system.t()) / system.h();
     const auto count = static_cast<std::int64_t>(
         std::clamp(std::floor(left), 1.0, static_cast<double>(kStepsInOne)));
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const int taken = system.steps(count);
-    runner.seconds +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    runner.seconds += watch.seconds();
     if (taken == 0) {
       if (go_on()) runner.diverged_at = system.t();
       return false;

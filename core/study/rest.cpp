@@ -1,11 +1,11 @@
 #include "core/study/rest.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/error.h"
 #include "core/base/finite.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/particles/particles.h"
 #include "core/study/accuracy/trajectory.h"
@@ -170,10 +170,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   // and surfaces, may leave.
   const bool rough = simulation.constraint_system() || !simulation.corrections().empty();
   const double good = rough ? 1e-3 : kFound;
-  const auto began = std::chrono::steady_clock::now();
-  const auto late = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > kWait;
-  };
+  const Stopwatch watch;
   const auto& particles = dynamic_cast<const Particles&>(simulation.ode());
   const Snapshot begin = simulation.snapshot();
   const double size = scene_size(simulation);
@@ -203,7 +200,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
       rest.why = "interrupted";
       break;
     }
-    if (late()) {
+    if (watch.seconds() > kWait) {
       rest.why = brief(kWait, 3) + " s were not enough";
       rest.remedy = "run the scene with drag until it rests";
       break;

@@ -37,7 +37,8 @@ inline Judged judged(const sim::SystemSpec& spec, const sim::RunOptions& options
       CHECK(shadow.follow_beside([] { return false; }));
   }
   const std::uint64_t hash = system.hash();
-  Judged result{.end = sim::study::positions(system)};
+  Judged result;
+  result.end = sim::study::positions(system);
   result.deviation = shadow.compare([] { return false; });
   CHECK(system.hash() == hash);  // the run itself is left alone
   result.verdict = monitor.verdict(result.deviation);

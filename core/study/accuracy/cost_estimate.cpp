@@ -1,14 +1,13 @@
 #include "core/study/accuracy/cost_estimate.h"
-#include "core/math/elementary.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+
+#include "core/base/stopwatch.h"
+#include "core/math/elementary.h"
 
 namespace sim::study {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr double kFinest = 1e-11;     // of the size: about the accuracy of a reference
 constexpr double kImplicitCost = 40;  // evaluations that the time of an implicit step is worth
@@ -16,10 +15,6 @@ constexpr double kWatched = 1.5;      // times as long takes a run whose states 
 constexpr double kPilot = 2e5;        // evaluations of 64 particles, or as many as take
 constexpr double kPilotSeconds = 0.2;
 constexpr double kMostSeconds = 2;  // of all pilot runs: contact and constraints take longer
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 double with_repeats(double seconds, int repeats) {
   return seconds * (kWatched + repeats_after(seconds, repeats));
@@ -31,9 +26,9 @@ std::optional<double> seconds_a_step(const Problem& problem, const Candidate& me
   constexpr double kLong = 0.03;
   constexpr int kSteps = 20;
   Simulation system = problem.with(method).simulation();
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   for (int step = 1; step <= kSteps && system.step(); ++step) {
-    const double seconds = seconds_since(begin);
+    const double seconds = watch.seconds();
     const auto own = static_cast<double>(system.integrator().effort().steps);
     if (step == kSteps || seconds > kLong) return seconds / std::max<double>(step, own);
   }
@@ -97,10 +92,9 @@ CostEstimate cost_estimate(const Problem& problem, std::span<const Candidate> me
                       std::max(1, fixed->info.evaluations);
   const double h = std::min(system.h(), time / kIntervals);
   const double part = std::min(time, most * h);
-  const auto begin = Clock::now();
-  const auto in_time = [&] { return seconds_since(begin) < kMostSeconds; };
+  const Stopwatch watch;
   auto steps = std::max<std::int64_t>(kIntervals, static_cast<std::int64_t>(part / h));
-  for (int attempt = 0; attempt < 3 && in_time(); ++attempt, steps *= 2) {
+  for (int attempt = 0; attempt < 3 && watch.seconds() < kMostSeconds; ++attempt, steps *= 2) {
     std::vector<double> ends[2];
     Trajectory runs[2];
     for (const int k : {0, 1})
@@ -109,7 +103,7 @@ CostEstimate cost_estimate(const Problem& problem, std::span<const Candidate> me
                                 .intervals = 1,
                                 .steps = steps << k,
                                 .see = [&](int, const std::vector<double>& x) { ends[k] = x; }},
-                               in_time);
+                               [&] { return watch.seconds() < kMostSeconds; });
     if (!runs[1].finished) continue;
     const double size = problem.of ? std::max(1e-3, std::abs(ends[1].front())) : scene_size(system);
     const double off = std::clamp(distance(ends[0], ends[1]).rms / size, 1e-14, 1.0);

@@ -1,11 +1,11 @@
 #include "core/study/accuracy/sweep.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/array.h"
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/math/elementary.h"
 
 namespace sim::study {
@@ -46,15 +46,12 @@ int SweepLimits::cost_of_step(const Candidate& method) const {
 }
 
 double seconds_an_evaluation(Simulation& system) {
-  using Clock = std::chrono::steady_clock;
   constexpr double kLong = 2e-3;
   Array x(system.state().size()), rate(x.size());
-  const auto begin = Clock::now();
-  double seconds = 0;
+  const Stopwatch watch;
   for (int count = 1;; ++count) {
     system.ode().eval(system.t(), {system.state().data(), {}}, x.data(), rate.data());
-    seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    if (seconds > kLong) return seconds / count;
+    if (const double seconds = watch.seconds(); seconds > kLong) return seconds / count;
   }
 }
 

@@ -1,12 +1,12 @@
 // One method at many steps (or tolerances): its error and its cost.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/stopwatch.h"
 #include "core/study/accuracy/reference.h"
 
 namespace sim::study {
@@ -67,13 +67,12 @@ class Patience {
   Patience(const SweepLimits& limits, const std::function<bool()>& go_on)
       : most_(8 * limits.seconds), go_on_(go_on) {}
   bool ask() { return !late() && go_on_(); }
-  bool late() const { return std::chrono::duration<double>(Clock::now() - begin_).count() > most_; }
+  bool late() const { return watch_.seconds() > most_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
   double most_;  // s
   const std::function<bool()>& go_on_;
-  Clock::time_point begin_ = Clock::now();
+  Stopwatch watch_;
 };
 
 // The number of repetitions that time a run of so many seconds: many short ones, few long ones.

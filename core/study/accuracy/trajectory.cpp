@@ -1,17 +1,15 @@
 #include "core/study/accuracy/trajectory.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/stopwatch.h"
 #include "core/particles/particle_system.h"
 #include "core/study/energy_balance.h"
 
 namespace sim::study {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 constexpr std::int64_t kStepsBetweenLooks = 1024;
 constexpr int kEnergies = 960;  // looks at the energy of an adaptive run, about
@@ -103,7 +101,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
     for (std::int64_t done = 0; done < stride && good;) {
       const std::int64_t next = std::min(stride, done + kStepsBetweenLooks);
       good = go_on();
-      const auto begin = Clock::now();
+      const Stopwatch watch;
       while (done < next && good) {
         const int taken = system.steps(balance ? 1 : next - done);
         done += taken;
@@ -112,7 +110,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
         balance->advance();
         if (!method.info.adaptive || k % (1 + plan.intervals / kEnergies) == 0) balance->look();
       }
-      result.seconds += std::chrono::duration<double>(Clock::now() - begin).count();
+      result.seconds += watch.seconds();
     }
     if (good && plan.see) plan.see(k + 1, compared(problem, system));
   }

@@ -1,12 +1,12 @@
 #include "core/study/limits/stability.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 
 #include "core/base/error.h"
 #include "core/base/finite.h"
+#include "core/base/stopwatch.h"
 #include "core/base/text.h"
 #include "core/study/accuracy/cost_estimate.h"
 #include "core/study/accuracy/sweep.h"
@@ -20,8 +20,7 @@ namespace {
 constexpr double kFractions[] = {0.25, 0.5, 0.9, 1.1};
 constexpr double kInfinity = HUGE_VAL;
 
-using Clock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kPatience{10};  // with the measured limit of one method
+constexpr double kPatience = 10;  // s, with the measured limit of one method
 
 // A study that takes much longer than estimated skips the rest: the estimate is made at the start,
 // where contact may not have begun.
@@ -142,9 +141,8 @@ double expected(const Problem& problem, Simulation& system,
     if (has_own_steps(each.method)) continue;
     const double cost = cost_of_step(each.method);
     const double step = seconds_a_step(problem, each.method).value_or(cost * evaluation);
-    const double patience = std::chrono::duration<double>(kPatience).count();
     seconds +=
-        std::min(patience, (each.method.info.implicit ? kImplicitMeasured : kMeasured) * step);
+        std::min(kPatience, (each.method.info.implicit ? kImplicitMeasured : kMeasured) * step);
     const std::optional<double> limit = step_limit(each);
     if (!bounded(limit)) continue;
     if (time > affordable_steps(system, each.method) * kFractions[0] * *limit) continue;
@@ -190,11 +188,8 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
   }
   const double said = expected(problem, system, methods);
   if (options.announce) options.announce(said);
-  const auto study_begin = Clock::now();
-  const auto study_late = [&] {
-    return std::chrono::duration<double>(Clock::now() - study_begin).count() >
-           kMostTimes * said + kLeastOverrun;
-  };
+  const Stopwatch study;
+  const auto study_late = [&] { return study.seconds() > kMostTimes * said + kLeastOverrun; };
 
   Standstill place(problem, system);
   const auto count = static_cast<double>(methods.size());
@@ -206,9 +201,9 @@ Stability stability(const Problem& problem, const StabilityOptions& options, con
     }
     MethodStability& each = result.methods.emplace_back(std::move(method));
     if (has_own_steps(each.method)) continue;
-    const auto begin = Clock::now();
+    const Stopwatch watched;
     bool told = false;
-    const auto late = [&] { return Clock::now() - begin > kPatience || study_late(); };
+    const auto late = [&] { return watched.seconds() > kPatience || study_late(); };
     place.system().stop_when([&] {
       told = told || !watch(each.method.label, done);
       return told || late();

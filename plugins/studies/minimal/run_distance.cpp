@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <limits>
 
+#include "core/base/stopwatch.h"
 #include "core/study/accuracy/trajectory.h"
 
 namespace sim::study {
@@ -57,7 +57,7 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
     told = told || !go_on();
     if (told) return false;
     const double end = time * k / kLooks;
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const double rounding = 1e-9 * system.h();
     bool good = true;
     while (good && system.t() < end - rounding) {
@@ -68,7 +68,7 @@ bool run_once(const Problem& problem, double time, const std::function<bool()>& 
       good = whole > 0 ? system.steps(std::min(whole, most)) > 0 : system.step_to(end);
       if (good) follow();
     }
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    seconds += watch.seconds();
     if (!good || (record && !look_between_steps(system, end, go_on, see))) return false;
   }
   look.seconds = record ? seconds : std::min(look.seconds, seconds);
