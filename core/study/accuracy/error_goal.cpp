@@ -57,7 +57,10 @@ class Chooser {
   bool affordable_check(const MethodTrials& next) const;
   double spent() const;
   double least_known() const;  // the cost of the run, as far as trials tell
-  double rate() const { return spent() > 0 ? (seconds() - lost_) / spent() : 0; }  // s
+  double rate() const {  // s
+    const double cost = spent() + runs_cost_;
+    return cost > 0 ? (seconds() - lost_) / cost : 0;
+  }
   double free_seconds() const;
   bool cheaper_than_run(const MethodTrials& next) const;  // with all trials before
   double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
@@ -458,13 +461,13 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   const double tried = chosen.fineness() * longer_than_window(chosen);
   const double finest = kMostTimesFiner * kMostTimesFiner * tried;
   double exponent = chosen.exponent();
+  const double dearer = refinement.dearer();
   double previous = 0, previous_error = 0;
   double expected = predicted_cost(chosen);
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
     if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
-    const double dearer = refinement.dearer();
     const SeenRun run =
         seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
           return go_on(method.label + ", the run", part, cost, dearer * cost);
@@ -536,7 +539,9 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
     if (tried > 0 && fineness > finest) return;
     expected = run.cost * elementary::pow(fineness / previous, refinement.cost());
     const bool closer = attempt == 0 || exponent > kLeastExponent;
-    if ((!closer && weight_ * expected > kFree) || expected > beginning.most_cost) return;
+    const bool dear =
+        weight_ * expected > kFree || rate() * (1 + dearer) * expected > kFreeSeconds;
+    if ((!closer && dear) || expected > beginning.most_cost) return;
     result_.mended = attempt + 1;
   }
 }
