@@ -57,10 +57,8 @@ class Chooser {
   bool affordable_check(const MethodTrials& next) const;
   double spent() const;
   double least_known() const;  // the cost of the run, as far as trials tell
-  double rate() const {  // s
-    const double cost = spent() + runs_cost_;
-    return cost > 0 ? (seconds() - lost_) / cost : 0;
-  }
+  double done() const { return spent() + runs_cost_; }                           // evaluations
+  double rate() const { return done() > 0 ? (seconds() - lost_) / done() : 0; }  // s of one
   double free_seconds() const;
   bool cheaper_than_run(const MethodTrials& next) const;  // with all trials before
   double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
@@ -138,7 +136,7 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
 }
 
 bool Chooser::go_on(const std::string& what, double part, double cost, double later) {
-  const double before = spent() + runs_cost_, all = before + cost + later;
+  const double before = done(), all = before + cost + later;
   told_ = told_ || !watch_(what, all < HUGE_VAL ? (before + part * cost) / all : 0);
   return !told_;
 }
@@ -461,13 +459,13 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   const double tried = chosen.fineness() * longer_than_window(chosen);
   const double finest = kMostTimesFiner * kMostTimesFiner * tried;
   double exponent = chosen.exponent();
-  const double dearer = refinement.dearer();
   double previous = 0, previous_error = 0;
   double expected = predicted_cost(chosen);
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
     if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
+    const double dearer = refinement.dearer();
     const SeenRun run =
         seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
           return go_on(method.label + ", the run", part, cost, dearer * cost);
@@ -539,9 +537,8 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
     if (tried > 0 && fineness > finest) return;
     expected = run.cost * elementary::pow(fineness / previous, refinement.cost());
     const bool closer = attempt == 0 || exponent > kLeastExponent;
-    const bool dear =
-        weight_ * expected > kFree || rate() * (1 + dearer) * expected > kFreeSeconds;
-    if ((!closer && dear) || expected > beginning.most_cost) return;
+    const bool free = weight_ * expected <= kFree && rate() * expected <= kFreeSeconds;
+    if (!(closer || free) || expected > beginning.most_cost) return;
     result_.mended = attempt + 1;
   }
 }
