@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/math/elementary.h"
+#include "core/study/accuracy/mending.h"
 #include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/required_error.h"
 #include "core/study/accuracy/sweep.h"
@@ -33,12 +34,10 @@ constexpr double kFreeChecks = 1e5;     // that checks of the choice may take wh
 constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
 constexpr double kFirstGoalTolerance = 1e-3;  // of trials
-constexpr double kAim = 0.7;                  // of the error allowed
 constexpr double kCheckCost = 4;              // times that of the choice may take its check
 constexpr double kMeaningful = 0.1;  // of the size: an error above it tells nothing of finer runs
 constexpr double kInPulse = 4;       // steps in the shortest pulse, at least
-constexpr int kMostMendings = 3;
-constexpr double kMostTimesFiner = 64;  // steps more at once
+constexpr int kMostMendings = 4;
 
 class Chooser {
  public:
@@ -457,15 +456,17 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   const Refinement refinement(method);
   const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
   const double tried = chosen.fineness() * longer_than_window(chosen);
-  const double finest = kMostTimesFiner * kMostTimesFiner * tried;
-  double exponent = chosen.exponent();
-  double previous = 0, previous_error = 0;
+  const double dearer = refinement.dearer();
+  Mending mending(refinement, chosen.exponent(),
+                  {.allowed = result_.allowed,
+                   .enough = chosen.kept_at(in_window()) * longer_than_window(chosen),
+                   .finest = tried > 0 ? kMostTimesFiner * kMostTimesFiner * tried : HUGE_VAL,
+                   .most_cost = beginning.most_cost});
   double expected = predicted_cost(chosen);
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
     if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
     if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
-    const double dearer = refinement.dearer();
     const SeenRun run =
         seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
           return go_on(method.label + ", the run", part, cost, dearer * cost);
@@ -478,7 +479,7 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
                                   });
     if (told_) return;
     runs_cost_ += fine.cost;
-    const double falls = elementary::pow(refinement.factor(), -exponent);
+    const double falls = elementary::pow(refinement.factor(), -mending.exponent());
     const ErrorCourse course = error_course(problem_, run, fine);
     double horizon = kept_until(course, result_.allowed * (1 - falls));
     double error = course.most / (1 - falls);
@@ -514,31 +515,16 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
     if (result_.kept || fixed || attempt == beginning.most_mendings) return;
     result_.trials += run.cost + fine.cost;
     if (attempt == 0 && error > 10 * result_.allowed) {
-      const double parted = horizon_by_neighbour(method, plan, run);
+      const double parted = horizon_by_neighbour(method, refined(plan, corrected_), fine);
       if (told_) return;
       result_.chaotic = parted < result_.time;
       if (result_.chaotic) return;
     }
-    if (previous > 0 && std::isfinite(previous_error) && error > 0 && fineness > previous)
-      exponent =
-          std::clamp(elementary::log(previous_error / error) / elementary::log(fineness / previous),
-                     kLeastExponent, refinement.error());
-    previous = fineness;
-    previous_error = error;
-    // A second miss tells of errors that fall unevenly, as in contact.
-    const double aim = attempt == 0 ? kAim : kAim * kAim, least = attempt == 0 ? 1.2 : 2;
-    const double more = std::isfinite(error)
-                            ? elementary::pow(error / (aim * result_.allowed), 1 / exponent)
-                            : refinement.factor();
-    // The error of a run near the limit of stability says little: what a trial has kept is enough.
-    const double enough = chosen.kept_at(in_window()) * longer_than_window(chosen);
-    const double finer = fineness * std::clamp(more, least, kMostTimesFiner);
-    fineness = fineness < 0.9 * enough ? std::min(finer, enough) : finer;
-    if (tried > 0 && fineness > finest) return;
-    expected = run.cost * elementary::pow(fineness / previous, refinement.cost());
-    const bool closer = attempt == 0 || exponent > kLeastExponent;
-    const bool free = weight_ * expected <= kFree && rate() * expected <= kFreeSeconds;
-    if (!(closer || free) || expected > beginning.most_cost) return;
+    const double free = std::min(kFree / weight_, kFreeSeconds / (rate() * (1 + dearer)));
+    const std::optional<double> finer = mending.after(fineness, error, run.cost, free);
+    if (!finer) return;
+    fineness = *finer;
+    expected = mending.cost();
     result_.mended = attempt + 1;
   }
 }
