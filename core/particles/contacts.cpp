@@ -6,9 +6,10 @@
 namespace sim {
 namespace {
 
-constexpr double kNone = 2;      // beyond the step: no contact
-constexpr int kMostTouches = 8;  // of one particle in one step
-constexpr int kRounds = 100;     // of pushing out of several colliders by turns
+constexpr double kNone = 2;       // beyond the step: no contact
+constexpr int kMostTouches = 8;   // of one particle in one step
+constexpr int kMostBounces = 64;  // off one collider in one step
+constexpr int kRounds = 100;      // of pushing out of several colliders by turns
 
 double slack(const Vec3& x) { return Contacts::slack(x); }
 
@@ -277,7 +278,33 @@ void Hold::press_along(const Vec3& direction) {
   }
 }
 
+// Follows a particle that has bounced and would be inside at the end of the step. Near the surface
+//   gap(u) = a u - (a r - gap(r)) (u / r)^2,  0 <= u <= r,
+// so that its flight lasts a r^2 / (a r - gap(r)) steps. Bounces that become shorter and shorter
+// end in rest.
+void bounce_until_rest(const Collider& collider, double t, double h, FirstTouch last,
+                       StepPath& path) {
+  for (int n = 0; n < kMostBounces && !path.once; ++n) {
+    const double rest = 1 - last.s;
+    const double leaving = (path.rate(last.s) - h * last.start.velocity).dot(last.start.normal);
+    if (!(leaving * rest * rest >= kShortestFlight * (leaving * rest - last.end.gap))) break;
+    const FirstTouch next = first_touch(collider, t + last.s * h, rest * h, path.from(last.s));
+    if (!(next.s > 0 && next.s <= 1)) break;
+    last.s += rest * next.s;
+    last.start = collider.query(t + last.s * h, path.at(last.s));
+    bounce(collider.material(), h, h * last.start.velocity, last.start.normal, last.s, path);
+    last.end = collider.query(t + h, path.at(1));
+    if (!(last.end.gap < 0)) return;
+  }
+  Hold(collider, t, h, last.s, last.start, last.end, path).press();
+}
+
 }  // namespace
+
+StepPath StepPath::from(double s) const {
+  const double rest = 1 - s;
+  return {{at(s), rest * rate(s), rest * rest * (c[2] + 3 * s * c[3]), rest * rest * rest * c[3]}};
+}
 
 void StepPath::shift(const Vec3& by) {
   c[0] += by;
@@ -348,7 +375,7 @@ void Contacts::resolve(double t, double h, StepPath& path) const {
     }
     bounce(hit->material(), h, h * sample.velocity, sample.normal, first.s, path);
     const SurfaceSample end = path.moved == moved ? first.end : hit->query(t + h, path.at(1));
-    if (end.gap < 0) Hold(*hit, t, h, first.s, sample, end, path).press();
+    if (end.gap < 0) bounce_until_rest(*hit, t, h, {first.s, sample, end}, path);
   }
 
   bool inside = touches > 0;

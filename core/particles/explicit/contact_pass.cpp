@@ -151,6 +151,7 @@ void ParticleContactPass::resolve(double t, RestingContactStep& step, int begin,
   };
   if (!lay && end - begin > kWaysAtOnce && !near(extent_of_block(step, begin, end))) return;
   step.free = particles_->motion().free;
+  step.once = first_order_;
   for (int first = begin; first < end; first += kWaysAtOnce) {
     const int last = std::min(first + kWaysAtOnce, end);
     const BlockExtent room = extent_of_block(step, first, last);
@@ -205,6 +206,7 @@ void ParticleContactPass::resolve_one(double t, const RestingContactStep& step, 
   Vec3 place = x1, velocity = vector_at(step.v, i);
   StepPath path = step.whole ? StepPath::between(h, x0, v0, x1, velocity)
                              : StepPath{{x0, h * v0, x1 - x0 - h * v0, Vec3::Zero()}};
+  path.once = step.once;
   const Contacts& contacts = particles_->contacts();
   if (!contacts.near(t, h, place, Vec3::Zero(), path.length())) return;
   if (!contacts.resolve(t, h, i, mass, step.whole, path, place, velocity)) return;

@@ -16,6 +16,7 @@ struct RestingContactStep {
   double reach = 0;                    // m, h times the fastest that the surface may be
   double room = 0;                     // m, the change of a path that meets no other surface
   bool moves = false;                  // the surface
+  bool once = false;                   // bounces, as StepPath
   bool whole = false;                  // StepPath::between() and velocities; or a drift alone
   const std::uint8_t* free = nullptr;  // a bit a particle
   const double *q0[3] = {}, *v0[3] = {};
