@@ -411,9 +411,9 @@ MethodTrials* Chooser::choose_checked() {
 double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& run,
                                      const SeenRun& own) {
   constexpr double kAway = 1e-8, kChaos = 1e5;
-  const SeenRun other = seen_run(
-      problem_, method, run, result_.time,
-      [&](double part) { return go_on("neighbour", part, own.cost, 0); }, kAway * result_.size);
+  const SeenRun other = seen_run(problem_, method, run, result_.time,
+                                 [&](double part) { return go_on("neighbour", part, own.cost, 0); },
+                                 {.disturbed = kAway * result_.size});
   if (told_ || problem_.of) return HUGE_VAL;
   const ErrorCourse course = error_course(problem_, own, other);
   for (std::size_t k = 0; k < course.rms.size(); ++k)
@@ -498,6 +498,19 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
       error = std::max(error, against.most);
       largest = std::max(largest, against.largest);
       horizon = std::min(horizon, kept_until(against, most));
+    }
+    // Contact may act at ends of steps that both share: half a step sooner or later in a third run.
+    if (run.acted_at_ends && error <= result_.allowed) {
+      const SeenRun between = seen_run(
+          problem_, method, plan, result_.time,
+          [&](double part) { return go_on(method.label + ", between", part, run.cost, 0); },
+          {.shifted = true});
+      if (told_) return;
+      runs_cost_ += between.cost;
+      const ErrorCourse against = error_course(problem_, run, between);
+      error = std::max(error, 2 * against.most);
+      largest = std::max(largest, 2 * against.largest);
+      horizon = std::min(horizon, kept_until(against, result_.allowed / 2));
     }
     const double best = result_.method ? result_.horizon : -1;
     if (horizon > best && (run.finished || !beginning.from_scene)) {

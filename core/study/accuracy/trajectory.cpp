@@ -96,8 +96,14 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   result.time = plan.time;
   if (plan.see) plan.see(0, compared(problem, system));
   const std::int64_t stride = plan.steps / plan.intervals;
-  bool good = true;
+  bool good = !plan.shifted || system.step_to(0.5 * system.h());
   for (int k = 0; k < plan.intervals && good; ++k) {
+    if (plan.shifted) {
+      good = look_between_steps(system, plan.time * (k + 1) / plan.intervals, go_on, [&] {
+        if (plan.see) plan.see(k + 1, compared(problem, system));
+      });
+      continue;
+    }
     for (std::int64_t done = 0; done < stride && good;) {
       const std::int64_t next = std::min(stride, done + kStepsBetweenLooks);
       good = go_on();
@@ -118,6 +124,7 @@ Trajectory run_trajectory(const Problem& problem, const Candidate& method,
   result.steps = system.step_count();
   result.effort = system.integrator().effort();
   result.effort.evaluations = evaluations_of(system);
+  result.acted = contact_of(system);
   if (balance && !good) result.energy_error = HUGE_VAL;
   if (ConstraintSystem* constraint_system = system.constraint_system();
       constraint_system && plan.energy)

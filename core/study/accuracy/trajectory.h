@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/particles/constraints/constraint_force.h"
+#include "core/study/acted.h"
 #include "core/study/problem.h"
 
 namespace sim::study {
@@ -22,6 +23,7 @@ struct Trajectory {
   std::optional<ConstraintDrift> drift;  // at the end, where there are constraints
   double seconds = 0;                    // of stepping alone
   bool finished = false;
+  Acted acted;
 };
 
 struct TrajectoryPlan {
@@ -30,6 +32,7 @@ struct TrajectoryPlan {
   std::int64_t steps = 0;                    // a multiple of `intervals`
   double tolerance = 0;                      // of methods that have one; 0 = their own
   bool energy = false;                       // watch it: not in runs that are timed
+  bool shifted = false;                      // by half a step: its steps end between the others
   std::function<void(Simulation&)> begin{};  // changes the start
   // Called with the compared numbers at k time / intervals, from k = 0 on, as far as the run gets.
   std::function<void(int k, const std::vector<double>&)> see{};

@@ -86,7 +86,7 @@ TrialRun refined(const TrialRun& run, bool corrected) {
 }
 
 SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun& run, double time,
-                 const RunWatch& go_on, std::optional<double> disturbed) {
+                 const RunWatch& go_on, const RunChange& change) {
   SeenRun result;
   TrajectoryPlan plan{.time = time, .steps = run.steps, .tolerance = run.tolerance};
   plan.intervals =
@@ -100,15 +100,17 @@ SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun
     else
       result.points.push_back(x);
   };
-  if (disturbed)
+  plan.shifted = change.shifted;
+  if (change.disturbed > 0)
     plan.begin = [&](Simulation& system) {
       Snapshot start = system.snapshot();
-      disturb(system, *disturbed, 0, start.x);
+      disturb(system, change.disturbed, 0, start.x);
       start.memory.clear();
       system.restore(start);
     };
   const Trajectory path = run_trajectory(problem, method, plan, [&] { return go_on(done); });
   result.finished = path.finished;
+  result.acted_at_ends = path.acted.at_ends(method.info.adaptive);
   result.cost = cost_of(path.effort);
   if (problem.by_figure()) result.figure = course.figure(*problem.of);
   return result;

@@ -17,6 +17,7 @@ struct SeenRun {
   std::vector<std::vector<double>> points;  // the compared quantities, at k time / intervals
   double cost = 0;                          // in evaluations of f, see cost_of()
   bool finished = false;
+  bool acted_at_ends = false;    // contact that a run with other ends of steps has elsewhere
   double figure = std::nan("");  // if the problem asks for one
 };
 
@@ -69,8 +70,14 @@ TrialRun refined(const TrialRun& run, bool corrected);
 // Is called with the share of a run that is done; false ends it.
 using RunWatch = std::function<bool(double done)>;
 
+// A changed run starts that share of the size away, or half a step early, so that its steps end
+// between the others.
+struct RunChange {
+  double disturbed = 0;
+  bool shifted = false;
+};
 SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun& run, double time,
-                 const RunWatch& go_on, std::optional<double> disturbed = {});
+                 const RunWatch& go_on, const RunChange& change = {});
 
 // The share of a course of errors, at equal times, before the first that is beyond the one allowed.
 double kept_share(std::span<const double> course, double allowed);

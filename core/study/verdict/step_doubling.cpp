@@ -10,6 +10,7 @@
 #include "core/particles/particle_system.h"
 #include "core/particles/step_correction.h"
 #include "core/study/accuracy/error_estimator.h"
+#include "core/study/acted.h"
 #include "core/study/problem.h"
 #include "core/study/verdict/criterion.h"
 #include "core/study/verdict/pulses.h"
@@ -55,25 +56,6 @@ double extent(std::span<const double> points) {
     size = std::max(size, high - low);
   }
   return size;
-}
-
-// Contact that has changed the motion so far: of particles with colliders, and corrections at the
-// ends of steps; with_order_one: one that acts there alone.
-struct Acted {
-  bool any = false, colliders = false, with_order_one = false;
-};
-Acted contact_of(Simulation& system) {
-  const auto acts = [](const auto& correction) { return correction->account().acted; };
-  Acted acted;
-  acted.with_order_one = std::ranges::any_of(system.corrections(), acts);
-  if (const ParticleSystem* particles = particles_of(system)) {
-    const Contacts& contacts = particles->contacts();
-    for (int i = 0; !contacts.empty() && !acted.colliders && i < system.particles(); ++i)
-      acted.colliders = contacts.work_sums().touched(i);
-    acted.with_order_one |= acted.colliders && contacts.accuracy() == Accuracy::kProject;
-  }
-  acted.any = acted.colliders || acted.with_order_one || !system.settings().broken.empty();
-  return acted;
 }
 
 // True if points are so far from those of the refined run that the run is in doubt whatever
