@@ -48,15 +48,44 @@ double measure_forces(const Simulation& simulation, double& in_play) {
   return most;
 }
 
-// The largest displacement of a coordinate.
+constexpr double kAfar = 1e30;  // m
+
+Vec3 displacement(const StatePart& positions, std::size_t i, const double* x, const double* start) {
+  Vec3 moved = Vec3::Zero();
+  for (std::size_t axis = 0; axis < positions.components.size(); ++axis)
+    moved[static_cast<int>(axis)] = x[positions.at(i, axis)] - start[positions.at(i, axis)];
+  return moved;
+}
+
 double largest_move(const StateShape& shape, const double* x, const double* start) {
   double most = 0;
-  const StatePart& positions = shape.first();
-  for (std::size_t component = 0; component < positions.components.size(); ++component)
-    for (std::size_t i = 0; i < positions.count; ++i)
-      most = std::max(most,
-                      std::fabs(x[positions.at(i, component)] - start[positions.at(i, component)]));
+  for (std::size_t i = 0; i < shape.first().count; ++i)
+    most = larger_error(displacement(shape.first(), i, x, start).norm(), most);
   return most;
+}
+
+// A motion that nothing holds: that of all particles that went half as far as any.
+std::string free_motion(const StateShape& shape, const double* x, const double* start) {
+  const double most = largest_move(shape, x, start);
+  std::size_t first = 0;
+  int count = 0;
+  Vec3 way = Vec3::Zero();
+  for (std::size_t i = shape.first().count; i-- > 0;) {
+    const Vec3 moved = displacement(shape.first(), i, x, start);
+    if (!(moved.norm() >= 0.5 * most)) continue;
+    first = i;
+    ++count;
+    for (int axis = 0; axis < 3; ++axis)  // may be infinite
+      way[axis] += std::clamp(moved[axis], -kAfar, kAfar) / kAfar;
+  }
+  const double length = way.norm();
+  std::string text = "particle " + std::to_string(first) + " moves away without end";
+  for (int axis = 0; axis < 3 && length > 0; ++axis) {
+    const double share = way[axis] / length;
+    text += (axis == 0 ? ", along (" : ", ") + brief(std::fabs(share) < 5e-3 ? 0 : share, 2);
+  }
+  if (length > 0) text += ")";
+  return text + (count > 1 ? ", and " + std::to_string(count - 1) + " more with it" : "");
 }
 
 // Throws for scenes that have no rest, or whose rest is not looked for.
@@ -117,11 +146,12 @@ double force_after_step(Simulation& simulation, const Snapshot& rest, double sla
   return most;
 }
 
-// Explains why no rest was found; `refused` steps did not converge at the end of the search.
-void explain(Rest& rest, bool moves_away, int refused, bool idle) {
+// Explains why no rest was found; `refused` steps did not converge at the end of the search. away:
+// a motion that nothing holds.
+void explain(Rest& rest, const std::string& away, int refused, bool idle) {
   rest.remedy = "run the scene with drag until it rests";
-  if (moves_away) {
-    rest.why = "a part of the scene moves away without end";
+  if (!away.empty()) {
+    rest.why = away;
     rest.remedy = "pin a particle, or give it something to lie on";
   } else if (refused > 0) {
     rest.why = "the last " + std::to_string(refused) + " steps did not converge";
@@ -192,10 +222,10 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   double kinetic = -1;
   double mark = HUGE_VAL;  // N, the last force that was clearly smaller
   int idle = 0;            // peaks since then
-  bool far = false;
+  std::string away;        // a motion that nothing holds
   std::int64_t good_since = -1;
   simulation.stop_when(stop);
-  for (std::int64_t& steps = rest.effort.steps; steps < kMostSteps && !far; ++steps) {
+  for (std::int64_t& steps = rest.effort.steps; steps < kMostSteps && away.empty(); ++steps) {
     if (stop && stop()) {
       rest.why = "interrupted";
       break;
@@ -242,9 +272,9 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
     const double now = particles.kinetic_energy(simulation.t(), simulation.state().data());
     if (now > kinetic) {
       kinetic = now;
-      if (steps % 1000 == 0)
-        far = !(largest_move(simulation.shape(), simulation.state().data(), begin.x.data()) <=
-                kFar * size);
+      const double *const x = simulation.state().data(), *const from = begin.x.data();
+      if (steps % 1000 == 0 && !(largest_move(simulation.shape(), x, from) <= kFar * size))
+        away = free_motion(simulation.shape(), x, from);
       continue;
     }
     state = simulation.snapshot();
@@ -259,8 +289,9 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   halt(best);
   rest.potential = simulation.energy().potential;
   rest.broke = broken(simulation) - static_cast<int>(begin.settings->broken.size());
-  rest.found = rest.found || (rest.why.empty() && !far && rest.force <= good * rest.in_play);
-  if (!rest.found && rest.why.empty()) explain(rest, far, 0, idle > kIdle);
+  rest.found =
+      rest.found || (rest.why.empty() && away.empty() && rest.force <= good * rest.in_play);
+  if (!rest.found && rest.why.empty()) explain(rest, away, 0, idle > kIdle);
   return rest;
 }
 
@@ -334,10 +365,12 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     simulation.restore(begin);
     return by_kinetic_damping(simulation, stop);
   }
-  if (!rest.found && rest.why.empty())
-    explain(rest,
-            !(largest_move(simulation.shape(), x.data(), start.data()) <= kFar * size_at_start),
-            refused, idle == kIdle);
+  if (!rest.found && rest.why.empty()) {
+    const bool far =
+        !(largest_move(simulation.shape(), x.data(), start.data()) <= kFar * size_at_start);
+    explain(rest, far ? free_motion(simulation.shape(), x.data(), start.data()) : "", refused,
+            idle == kIdle);
+  }
   return rest;
 }
 
