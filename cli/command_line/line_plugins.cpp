@@ -37,11 +37,13 @@ LinePlugins::LinePlugins(int argc, const char* const* argv) {
     words_.push_back(word);
   }
   // A machine that fails once must not make a study an unknown word; registry() reports the rest.
-  for (int attempt = 0; attempt < 2 && !registry_; ++attempt) try {
+  for (int attempt = 0; attempt < 2 && !registry_; ++attempt) {
+    try {
       registry_.reset(new Registry(open_registry(find_environment(plugin_path_), {}, probe_)));
     } catch (const Error&) {
       continue;
     }
+  }
 }
 
 std::vector<const Plugin<Study>*> LinePlugins::studies() {

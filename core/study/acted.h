@@ -11,10 +11,8 @@ struct Acted {
   bool any = false, colliders = false, with_order_one = false;
   bool broke = false;  // ties
 
-  // Something began or ended at the ends of steps of a method that does not locate it.
-  bool at_ends(bool adaptive) const {
-    return broke || (!adaptive && (colliders || with_order_one));
-  }
+  // Contact began or ended at the ends of steps of a method that does not locate it.
+  bool at_ends(bool adaptive) const { return !adaptive && (colliders || with_order_one); }
 };
 Acted contact_of(Simulation& system);
 

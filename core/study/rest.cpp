@@ -48,7 +48,8 @@ double measure_forces(const Simulation& simulation, double& in_play) {
   return most;
 }
 
-constexpr double kAfar = 1e30;  // m
+constexpr double kUnbound = 1000;  // sizes of the scene: nothing that is held goes so far
+constexpr double kAfar = 1e30;     // m
 
 Vec3 displacement(const StatePart& positions, std::size_t i, const double* x, const double* start) {
   Vec3 moved = Vec3::Zero();
@@ -57,16 +58,13 @@ Vec3 displacement(const StatePart& positions, std::size_t i, const double* x, co
   return moved;
 }
 
-double largest_move(const StateShape& shape, const double* x, const double* start) {
+// A motion that nothing holds, of all particles that went half as far as any; empty if none went
+// further than `far`, m.
+std::string free_motion(const StateShape& shape, const double* x, const double* start, double far) {
   double most = 0;
   for (std::size_t i = 0; i < shape.first().count; ++i)
     most = larger_error(displacement(shape.first(), i, x, start).norm(), most);
-  return most;
-}
-
-// A motion that nothing holds: that of all particles that went half as far as any.
-std::string free_motion(const StateShape& shape, const double* x, const double* start) {
-  const double most = largest_move(shape, x, start);
+  if (most <= far) return "";
   std::size_t first = 0;
   int count = 0;
   Vec3 way = Vec3::Zero();
@@ -168,7 +166,7 @@ double growth(std::int64_t iterations) { return iterations <= 3 ? 16 : iteration
 
 // Steps of a search by kinetic damping, s. Rest has no error of time, so that the step may be 0.9
 // of the limit, and four times that of the scene, where nothing but particles on colliders moves.
-// The bound on frequencies also holds for a scene that has folded. Both are the step of the scene
+// The bound on frequencies also holds for a scene that has folded. Both steps are that of the scene
 // where no limit is known.
 struct SearchSteps {
   double first = 0, careful = 0;
@@ -193,7 +191,6 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   constexpr std::int64_t kMostSteps = 30'000, kMore = 500;  // after forces are good
   constexpr double kWait = 30;                              // s; who waits longer runs the scene
   constexpr int kIdle = 100;                                // peaks without a clearly smaller force
-  constexpr double kFar = 1000;  // sizes of the scene, which nothing goes that is held
   constexpr double kFound = 1e-6, kBetter = 0.9;
   constexpr double kSettles = 1e-6;  // of the size, by which rods and bodies are led back
   // The share of the forces in play that friction of constrained particles, and contact of bodies
@@ -272,9 +269,9 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
     const double now = particles.kinetic_energy(simulation.t(), simulation.state().data());
     if (now > kinetic) {
       kinetic = now;
-      const double *const x = simulation.state().data(), *const from = begin.x.data();
-      if (steps % 1000 == 0 && !(largest_move(simulation.shape(), x, from) <= kFar * size))
-        away = free_motion(simulation.shape(), x, from);
+      if (steps % 1000 == 0)
+        away = free_motion(simulation.shape(), simulation.state().data(), begin.x.data(),
+                           kUnbound * size);
       continue;
     }
     state = simulation.snapshot();
@@ -300,7 +297,6 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kNewtonSteps = 200, kIdle = 4;
   constexpr double kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
-  constexpr double kFar = 1000;  // sizes of the scene, beyond which nothing bound moves
   check(simulation);
   if (rests_on_contact(simulation)) return by_kinetic_damping(simulation, stop);
   OdeSystem& system = simulation.ode();
@@ -365,12 +361,9 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
     simulation.restore(begin);
     return by_kinetic_damping(simulation, stop);
   }
-  if (!rest.found && rest.why.empty()) {
-    const bool far =
-        !(largest_move(simulation.shape(), x.data(), start.data()) <= kFar * size_at_start);
-    explain(rest, far ? free_motion(simulation.shape(), x.data(), start.data()) : "", refused,
-            idle == kIdle);
-  }
+  if (!rest.found && rest.why.empty())
+    explain(rest, free_motion(simulation.shape(), x.data(), start.data(), kUnbound * size_at_start),
+            refused, idle == kIdle);
   return rest;
 }
 

@@ -82,7 +82,7 @@ TEST_CASE("balls that bounce many times within a step are where the closed form 
       }
       CHECK(std::abs(ball.position(0).y()) < kRise);
 
-      // Side by side, all of them on the plane at the start.
+      // Nine of them lie on the plane at the start, side by side.
       sim::SystemSpec row = make_ball(e);
       row.particles->list.clear();
       for (int k = 0; k < 9; ++k)
@@ -93,7 +93,7 @@ TEST_CASE("balls that bounce many times within a step are where the closed form 
       for (int k = 0; k < 9; ++k)
         CHECK(std::abs(balls.position(k).y() - height_after(kStep, 0.2 * (k + 1), e)) < kRise);
     }
-  // Velocities of this one are not those of its path.
+  // Velocities of a method of first order are not those of its paths.
   sim::Simulation ball(make_ball(0.8), registry, {.integrator = {"symplectic_euler"}, .dt = kStep});
   REQUIRE(run(ball, 60));
   CHECK(std::abs(ball.position(0).y()) < kRise);

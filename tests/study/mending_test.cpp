@@ -62,7 +62,7 @@ TEST_CASE("where errors no longer fall, a run is as fine as is free", "[mending]
   CHECK(mending.cost() == Approx(57600));
   // One that is less than twice as fine says nothing.
   CHECK_FALSE(mending.after(14400, 3, 57600, 57600));
-  // They fall again: no matter what is free.
+  // Errors that fall again are followed, whatever is free.
   CHECK(mending.after(30000, 1.5, 120000, 0).value() > 60000);
 
   // Twice the cost are 2^5 times the tolerance.

@@ -253,10 +253,11 @@ SIM_INLINE void resolve_lanes(const RestingContactStep& step, const Surface<kFor
     lost = choose(hits, dot(blow, surface - rate - number(0.5) * blow), zero);
     press.end = after.query(path.end());
     // Lanes that fly and return go on to bounce, see bounce_until_rest().
-    const Doubles leaving = dot(path.rate_at_start() - surface, press.start.normal);
-    if (!step.once)
+    if (!step.once) {
+      const Doubles leaving = dot(path.rate_at_start() - surface, press.start.normal);
       known &= ~(hits & (press.end.gap < zero) &
                  (leaving >= number(kShortestFlight) * (leaving - press.end.gap)));
+    }
   }
 
   // Lanes that end inside are resting contacts; what rounding leaves inside is pushed out.

@@ -484,6 +484,11 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
     double horizon = kept_until(course, result_.allowed * (1 - falls));
     double error = course.most / (1 - falls);
     double largest = course.largest / (1 - falls);
+    const auto worsen = [&](const ErrorCourse& against, double times, double kept) {
+      error = std::max(error, times * against.most);
+      largest = std::max(largest, times * against.largest);
+      horizon = std::min(horizon, kept_until(against, kept));
+    };
     // Both runs may step over the same event; trials of other methods that know better say so, if
     // they looked as closely or chose their steps.
     for (const MethodTrials& other : trials_) {
@@ -494,10 +499,7 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
       if (!knows || !close) continue;
       const ErrorCourse against = error_course(problem_, run, other.finest());
       const double most = kFamiliesAgree * (result_.allowed + other.own_error());
-      if (against.most <= most) continue;
-      error = std::max(error, against.most);
-      largest = std::max(largest, against.largest);
-      horizon = std::min(horizon, kept_until(against, most));
+      if (against.most > most) worsen(against, 1, most);
     }
     // Contact may act at ends of steps that both share: half a step sooner or later in a third run.
     if (run.acted_at_ends && error <= result_.allowed) {
@@ -507,10 +509,7 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
           {.shifted = true});
       if (told_) return;
       runs_cost_ += between.cost;
-      const ErrorCourse against = error_course(problem_, run, between);
-      error = std::max(error, 2 * against.most);
-      largest = std::max(largest, 2 * against.largest);
-      horizon = std::min(horizon, kept_until(against, result_.allowed / 2));
+      worsen(error_course(problem_, run, between), 2, result_.allowed / 2);
     }
     const double best = result_.method ? result_.horizon : -1;
     if (horizon > best && (run.finished || !beginning.from_scene)) {

@@ -22,7 +22,7 @@ std::optional<double> Mending::after(double fineness, double error, double cost,
   // The error of a run near the limit of stability says little: what a trial has kept is enough.
   if (fineness < 0.9 * limits_.enough) next = std::min(next, limits_.enough);
   if (next > limits_.finest) return {};
-  // How fine is fine enough is not known: as fine as is free.
+  // No fineness is known to be enough: the run is as fine as is free.
   if (!first && exponent_ <= kLeastExponent) {
     next = std::min(next, fineness * elementary::pow(free / cost, 1 / refinement_.cost()));
     if (next < least * fineness) return {};

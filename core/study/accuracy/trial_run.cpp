@@ -110,7 +110,7 @@ SeenRun seen_run(const Problem& problem, const Candidate& method, const TrialRun
     };
   const Trajectory path = run_trajectory(problem, method, plan, [&] { return go_on(done); });
   result.finished = path.finished;
-  result.acted_at_ends = path.acted.at_ends(method.info.adaptive);
+  result.acted_at_ends = path.acted.broke || path.acted.at_ends(method.info.adaptive);
   result.cost = cost_of(path.effort);
   if (problem.by_figure()) result.figure = course.figure(*problem.of);
   return result;

@@ -248,11 +248,10 @@ void StepDoubling::compare_shifted(std::size_t frames, const std::function<bool(
   const bool broke = run_->settings().broken != start_.settings->broken;
   const bool adaptive = run_->integrator_info().adaptive;
   const Acted acted = contact_of(*run_);
-  const bool touched = acted.colliders || (acted.with_order_one && !adaptive);
-  if (touched && adaptive)
+  if (acted.colliders && adaptive)
     result.error =
         std::max(result.error, kLocated * std::max(1.0, largest_number(frames_.back().seen.x)));
-  if (!broke && (!touched || adaptive)) return;
+  if (!broke && !acted.at_ends(adaptive)) return;
   RefinedRun shifted = make_refined_run(
       {.steps_per_step = 1, .method = run_->settings().method.choice(), .shifted = true});
   if (!follow(shifted, frames, stop)) {
