@@ -17,11 +17,12 @@ Advance CutSteps::advance(OdeSystem& system, double t, double h, std::int64_t mo
   std::copy_n(x, from_.size(), from_.data());
   bool anew = false;  // the method has to begin again
   double done = 0;
-  for (int cuts = 0;; ++cuts) {
-    const bool cut = cuts < Events::kMostCuts;
+  for (EventSeries series;;) {
+    const bool cut = series.cuts();
     if (!cut) events->gave_up();
     const double at = t + done, rest = h - done;
-    double length = rest;
+    double length = std::min(rest, series.longest());
+    anew = anew || length < rest;
     events->begin(at, rest, from_.data());
     for (int n = 0;; ++n) {
       if (anew) method_->restart(at, length, from_.data());
@@ -46,6 +47,7 @@ Advance CutSteps::advance(OdeSystem& system, double t, double h, std::int64_t mo
     anew = anew || outcome == Events::Outcome::kImpact;
     std::swap(from_, to_);
     if (length == rest) break;
+    series.add(true, length);
     done += length;
   }
   std::copy_n(from_.data(), from_.size(), x_next);

@@ -1,6 +1,9 @@
 // Events of a motion, such as impacts, for methods that end their steps there.
 #pragma once
 
+#include <array>
+#include <cmath>
+
 namespace sim {
 
 // A step of size h from x at t:
@@ -23,12 +26,46 @@ class Events {
   // end.
   virtual Outcome end(double t, double h, const double* x, double* x_next, bool cut) = 0;
 
-  // Ends of steps between two states that a method was asked for; more are not worth cutting.
-  static constexpr int kMostCuts = 32;
   static constexpr int kTries = 12;        // of meeting one event
   static constexpr double kLonger = 1000;  // a next step at most, than one that ended at an event
   virtual void gave_up() = 0;              // there were more
   virtual void repeated() = 0;  // the step that just ended was taken before: it does not count
 };
+
+// Ends of steps at events in a row. Many of them are mostly a motion that comes to rest by ever
+// shorter bounces: after so many, one uncut step of some bounces settles it, and is too short to
+// lose others. If there is still no end, the rest up to the next state asked for is one step.
+class EventSeries {
+ public:
+  static constexpr int kSettles = 32, kMost = 64;
+
+  bool cuts() const { return count_ != kSettles && count_ != kMost; }             // the next step
+  bool has_cut() const { return count_ != kSettles + 1 && count_ != kMost + 1; }  // the last one
+  // How long the next step may be, s.
+  double longest() const { return count_ == kSettles ? kBounces * last_ : HUGE_VAL; }
+  // A step of this length, s, has ended, met: at an event.
+  void add(bool met, double length) {
+    count_ = !cuts() ? count_ + 1 : !met ? 0 : count_ > kMost ? 1 : count_ + 1;
+    last_ = length;
+  }
+
+  static constexpr std::size_t kMemory = 2;
+  std::array<double, kMemory> memory() const { return {1.0 * count_, last_}; }
+  static EventSeries recalled(const double* memory);  // a new one if that is not a memory
+
+ private:
+  static constexpr double kBounces = 10;
+
+  int count_ = 0;
+  double last_ = 0;
+};
+
+inline EventSeries EventSeries::recalled(const double* memory) {
+  EventSeries series;
+  if (!(memory[0] >= 0 && memory[0] <= kMost + 1 && memory[1] > 0)) return series;
+  series.count_ = static_cast<int>(memory[0]);
+  series.last_ = memory[1];
+  return series;
+}
 
 }  // namespace sim

@@ -152,15 +152,43 @@ TEST_CASE("a step without events stays whole, and one that ends in a jump begins
   CHECK(jump.noted->restarts[0] == std::array{1.5, 0.5, -6.0});
 }
 
-TEST_CASE("so many events are cut in a step, the rest of it is whole") {
+// 32 cuts, one step of ten times the last, 31 cuts, and the rest.
+TEST_CASE("many events in a row are settled in one short step, and then in a whole one") {
   std::vector<Planned::Event> many;
-  for (int i = 1; i <= 40; ++i) many.push_back({1 + 0.01 * i, false});
+  for (int i = 1; i <= 80; ++i) many.push_back({1 + 0.01 * i, false});
   Cut cut(many);
   REQUIRE(cut.step(1, 1) == StepStatus::kDone);
-  CHECK(cut.events.ended.size() == Events::kMostCuts + 1);
-  CHECK(cut.events.ended.back().first == Approx(1 + 0.01 * Events::kMostCuts).epsilon(1e-12));
-  CHECK(cut.events.given_up == 1);
+  REQUIRE(cut.events.ended.size() == EventSeries::kMost + 1);
+  const auto& settling = cut.events.ended[EventSeries::kSettles];
+  CHECK(settling.first == Approx(1.32).epsilon(1e-12));
+  CHECK(settling.second == Approx(0.1).epsilon(1e-9));
+  CHECK(cut.events.ended.back().first == Approx(1.42 + 0.31).epsilon(1e-12));
+  CHECK(cut.events.given_up == 2);
   CHECK_FALSE(cut.events.all_cut);
+}
+
+TEST_CASE("a series of events is remembered, and starts anew after a step without one") {
+  EventSeries series;
+  for (int i = 0; i < EventSeries::kSettles; ++i) {
+    CHECK(series.cuts());
+    CHECK(series.longest() == HUGE_VAL);
+    series.add(true, 0.5);
+  }
+  series = EventSeries::recalled(series.memory().data());
+  CHECK_FALSE(series.cuts());
+  CHECK(series.has_cut());
+  CHECK(series.longest() == 5);
+  series.add(false, 5);
+  CHECK(series.cuts());
+  CHECK_FALSE(series.has_cut());
+  series.add(false, 1);
+  for (int i = 0; i < EventSeries::kSettles; ++i) {
+    CHECK(series.cuts());
+    series.add(true, 0.5);
+  }
+  CHECK_FALSE(series.cuts());
+  const double nonsense[] = {-3, 0.5};
+  CHECK(EventSeries::recalled(nonsense).memory()[0] == 0);
 }
 
 TEST_CASE("a step that fails on the way shows the numbers it has") {

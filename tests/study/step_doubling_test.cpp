@@ -166,6 +166,17 @@ TEST_CASE("the error that is told of a run with contact is that of the order it 
   CHECK(runs >= 19);
 }
 
+// The run with half the step is right by chance wherever one with twice the step ends, but not in
+// between.
+TEST_CASE("a bouncing ball that half the step repeats by chance is not doubted") {
+  sim::PartSpec plane = make_part("plane", {{"normal", sim::Vec3(0, 1, 0)}});
+  plane.given["restitution"] = 0.8;
+  const sim::SystemSpec spec = make_particle({0, 1, 0}, {0, 0, 0}, plane);
+  const Judged found = judged(spec, {.integrator = "implicit_midpoint", .dt = 0.1}, 60);
+  CHECK(found.deviation.error > 1e-4);
+  CHECK(found.deviation.error < 0.02);
+}
+
 // A particle at 1 m/s leaves the edge of a table after 0.6 s and falls. Steps of which the last
 // before that ends late leave it when halves and quarters of them do.
 TEST_CASE("what slides off an edge does so at the ends of steps, and the error tells") {

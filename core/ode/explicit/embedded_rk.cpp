@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/base/finite.h"
@@ -48,7 +49,7 @@ Advance EmbeddedRungeKutta::advance(OdeSystem& system, double t, double h, std::
     if (system.gave_up()) return {StepStatus::kStopped};
     if (!estimate_needs_last()) close_step();
     if (events_) {
-      events_->end(t_, h_, x_.data(), x_next_.data(), cuts_ >= 0);
+      events_->end(t_, h_, x_.data(), x_next_.data(), series_.has_cut());
       events_->repeated();
     }
   }
@@ -72,7 +73,7 @@ bool EmbeddedRungeKutta::begin(OdeSystem& system, double t, const double* x) {
   ++effort_.evaluations;
   if (!stepper_->start(t, x_.data())) return false;
   controller_.state = {.h = starting_step(system)};
-  cuts_ = 0;
+  series_ = {};
   std::copy(x, x + x_.size(), x_next_.data());
   return true;
 }
@@ -146,14 +147,14 @@ StepStatus EmbeddedRungeKutta::next_step(OdeSystem& system, double until, double
   return StepStatus::kDone;
 }
 
-// Repeats the accepted step up to its first event. A long series of events is a motion that comes
-// to rest in contact, which a whole step resolves; that step ends at the requested state, since
-// there is no dense output across resolved contact.
+// Repeats the accepted step up to its first event. A step that is not cut ends at the requested
+// state at the latest, since there is no dense output across resolved contact.
 bool EmbeddedRungeKutta::end_at_event(double until) {
-  const bool cut = cuts_ < Events::kMostCuts;
+  const bool cut = series_.cuts();
   if (!cut) events_->gave_up();
-  if (!cut && t_ + h_ > until) {
-    h_ = until - t_;
+  const double most = std::min(until - t_, series_.longest());
+  if (!cut && h_ > most) {
+    h_ = most;
     try_step();
     if (!estimate_needs_last()) close_step();
   }
@@ -171,7 +172,7 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
   const double least = 1e6 * std::numeric_limits<double>::epsilon() * std::fabs(t_);
   if (met)
     controller_.state.h = std::min(controller_.state.h, std::max(Events::kLonger * h_, least));
-  cuts_ = !cut ? -1 : met ? std::max(cuts_, 0) + 1 : 0;
+  series_.add(met, h_);
   return events_->end(t_, h_, x_.data(), x_next_.data(), cut) != Events::Outcome::kNotAllowed;
 }
 
@@ -254,16 +255,15 @@ std::vector<double> EmbeddedRungeKutta::memory() const {
   const StepController::State& state = controller_.state;
   std::vector<double> memory{t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0};
   memory.insert(memory.end(), x_.data(), x_.data() + x_.size());
-  if (events_) memory.push_back(cuts_);
+  if (events_) std::ranges::copy(series_.memory(), std::back_inserter(memory));
   return memory;
 }
 
 void EmbeddedRungeKutta::recall(std::span<const double> memory) {
   phase_ = Phase::kFresh;
   const std::size_t size = kMemoryHead + x_.size();
-  if (memory.size() != size + (events_ ? 1 : 0)) return;
-  if (events_ && !(memory[size] >= -1 && memory[size] <= Events::kMostCuts)) return;
-  cuts_ = events_ ? static_cast<int>(memory[size]) : 0;
+  if (memory.size() != size + (events_ ? EventSeries::kMemory : 0)) return;
+  if (events_) series_ = EventSeries::recalled(memory.data() + size);
   if (!std::ranges::all_of(memory.subspan(1, 3), [](double number) { return number > 0; })) return;
   t_ = memory[0];
   h_ = memory[1];

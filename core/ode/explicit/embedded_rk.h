@@ -64,7 +64,7 @@ class EmbeddedRungeKutta final : public Integrator {
   Array before_;  // the start of the step before, for one that is given up
   std::vector<double> weights_;
   Events* events_ = nullptr;  // of the system
-  int cuts_ = 0;              // steps that ended at events in a row; -1: a settled one
+  EventSeries series_;
 };
 
 }  // namespace sim

@@ -68,33 +68,35 @@ bool UnilateralRattle::find_impact(const SubstepStates& ends, int i, Collider& c
   const Vec3 x0 = begin.position(i), v0 = begin.velocity(i), v1 = end.velocity(i);
   const SurfaceSample start = collider.query(ends.t, x0);
   const double rate0 = start.normal.dot(v0 - start.velocity);
+  const double still = kSlipTolerance * (v0.norm() + start.velocity.norm()) + 1e-14;
+  const bool touches = start.gap <= kContactTolerance * position_scale(x0);
+  const StepPath path = StepPath::between(ends.r, x0, v0, end.position(i), v1);
   impact = {};
   impact.particle = i, impact.collider = &collider;
-  double speed = 0;
-  if (start.gap <= kContactTolerance * position_scale(x0)) {
-    impact.known = rate0 >= -kSlipTolerance * (v0.norm() + start.velocity.norm()) - 1e-14;
-    impact.normal = start.normal;
-    impact.closing = std::max(0.0, -rate0);
-    speed = start.normal.dot(v1 - start.velocity);
-  } else {
-    const StepPath path = StepPath::between(ends.r, x0, v0, end.position(i), v1);
+  // A particle that leaves may return within the substep; if it does so soon, it rests.
+  if (!touches || (rate0 > still && !first_order_))
     impact.s = Contacts::first_touch(collider, ends.t, ends.r, path);
-    if (!(impact.s <= 1)) return false;
-    const Vec3 place = path.at(impact.s);
-    const SurfaceSample sample = collider.query(ends.t + impact.s * ends.r, place);
-    impact.normal = sample.normal;
-    impact.closing =
-        std::max(0.0, -sample.normal.dot(path.rate(impact.s) / ends.r - sample.velocity));
-    speed = sample.normal.dot(v1 - sample.velocity);
+  if (touches && !(impact.s >= kShortestFlight && impact.s <= 1)) {
+    impact.s = 0;
+    impact.known = rate0 >= -still;
   }
+  if (!(impact.s <= 1)) return false;
+  const SurfaceSample touched =
+      impact.s > 0 ? collider.query(ends.t + impact.s * ends.r, path.at(impact.s)) : start;
+  const Vec3 velocity = impact.s > 0 ? Vec3(path.rate(impact.s) / ends.r) : v0;
+  impact.normal = touched.normal;
+  impact.closing = std::max(0.0, -touched.normal.dot(velocity - touched.velocity));
   if (impact.known) return true;
-  impact.gained = std::fabs(speed - rate0);
+  impact.gained = std::fabs(touched.normal.dot(v1 - touched.velocity) - rate0);
   const SurfaceSample end_touch = collider.query(ends.t + ends.r, end.position(i));
   impact.gap = end_touch.gap;
   impact.through = end_touch.gap > 0 || end_touch.normal.dot(impact.normal) < 0.5;
-  // The particle would not return to the surface within the rest of the substep.
-  const double e = collider.material().restitution_at(impact.closing);
-  impact.bounces = e > 0 && 2 * e * impact.closing > (1 - impact.s) * impact.gained;
+  // Flights are followed until they last less than a small share of the substep; those that it does
+  // not end at may only leave the surface for the rest of it.
+  const double e = collider.material().restitution_at(impact.closing),
+               flight = 2 * e * impact.closing;
+  impact.leaves = e > 0 && flight > (1 - impact.s) * impact.gained;
+  impact.bounces = impact.leaves || (!first_order_ && flight > kShortestFlight * impact.gained);
   impact.cuts = impact.through || impact.bounces || (e == 0 && impact.closing > impact.gained);
   return true;
 }

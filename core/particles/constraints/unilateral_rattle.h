@@ -31,13 +31,14 @@ class UnilateralRattle {
   struct Impact {
     int particle = 0;
     Collider* collider = nullptr;
-    double s = 0;                    // time of impact, as a share of the substep
-    Vec3 normal;                     // there
-    double closing = 0, gained = 0;  // m/s: approach velocity; its change in the substep
-    double gap = 0;                  // m, at the end
-    double pressed = 0;              // N s, the normal impulse of resting contact
-    bool known = false;              // it lay there at the start
-    bool bounces = false, through = false, cuts = false;
+    double s = 0;                          // time of impact, as a share of the substep
+    Vec3 normal;                           // there
+    double closing = 0, gained = 0;        // m/s: approach velocity; its change in the substep
+    double gap = 0;                        // m, at the end
+    double pressed = 0;                    // N s, the normal impulse of resting contact
+    bool known = false;                    // it lay there at the start
+    bool bounces = false, leaves = false;  // if the substep ends at it; if it goes on
+    bool through = false, cuts = false;
   };
   struct SubstepStates {
     double t, r;  // from t on

@@ -29,7 +29,7 @@ void UnilateralRattle::begin_contact_force(const Impact& impact, bool hit) {
   contact.particle = impact.particle, contact.collider = impact.collider;
   contact.normal = impact.normal, contact.pressed = impact.pressed;
   contact.active = contact.bilateral = (hit && !impact.known) || impact.pressed > 0;
-  if (impact.bounces)
+  if (hit ? impact.bounces : impact.leaves)
     contact.min_velocity =
         impact.collider->material().restitution_at(impact.closing) * impact.closing;
   contacts_.push_back(contact);

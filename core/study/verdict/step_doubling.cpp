@@ -366,13 +366,15 @@ std::optional<StepDoubling::Differences> StepDoubling::coarser(
     const std::int64_t steps = frame.at.step - start_.step;
     const double h = run_->settings().h;
     const bool cut = frame.at.t < start_.t() + (static_cast<double>(steps) - 1e-6) * h;
-    if (!adaptive && (steps % 2 != 0 || cut)) continue;
-    if (!run.follow(frame.at, stop)) return {};
     const auto distance = [&](const Sight& seen) {
       return largest_distance(frame.seen.x, seen.x, run_->flat());
     };
+    const double finer = distance(shadow.path()[k - 1]);
+    found.anywhere = std::max(found.anywhere, finer);
+    if (!adaptive && (steps % 2 != 0 || cut)) continue;
+    if (!run.follow(frame.at, stop)) return {};
     found.coarser = std::max(found.coarser, distance(run.path().back()));
-    found.finer = std::max(found.finer, distance(shadow.path()[k - 1]));
+    found.finer = std::max(found.finer, finer);
   }
   const bool near = std::max(found.coarser, found.finer) < size_at(frames_.front());
   return found.finer > 0 && near ? std::optional(found) : std::nullopt;
@@ -411,14 +413,15 @@ double StepDoubling::error_factor(const RefinedRun& shadow,
   if (!contact.any) return factor(low);
   const double told = std::min(by_chance * factor(low), kMostFactor);
   if (!(far > kUnlikely * ratio(order)))
-    return std::max(told, by_chance * far / (elementary::pow(coarser, low) - 1));
+    return std::max(
+        told, by_chance * seen->coarser / seen->anywhere / (elementary::pow(coarser, low) - 1));
   RefinedRun finest = make_refined_run({.steps_per_step = 2 * shadow.plan().steps_per_step});
   follow(finest, shadow.path().size() + 1, stop);
-  double most = seen->finer;
+  double most = seen->anywhere;
   for (std::size_t k = 1; k <= finest.path().size(); ++k)
     most =
         std::max(most, largest_distance(frames_[k].seen.x, finest.path()[k - 1].x, run_->flat()));
-  return told * most / seen->finer;
+  return told * most / seen->anywhere;
 }
 
 RefinedRun StepDoubling::neighbour(int which) const {

@@ -69,7 +69,9 @@ class StepDoubling {
   // Likewise, but only until the two are far apart.
   bool follow_until_far(RefinedRun& shadow, const std::function<bool()>& stop) const;
   struct Differences {
-    double coarser = 0, finer = 0;  // the largest of a particle, m, or of a number
+    // The largest of a particle, m, or of a number: at the states of both, and of the finer
+    // anywhere.
+    double coarser = 0, finer = 0, anywhere = 0;
   };
   std::optional<Differences> coarser(const RefinedRun& shadow,
                                      const std::function<bool()>& stop) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/base/finite.h"
 
@@ -11,7 +12,7 @@ void AdaptiveImplicit::prepare(OdeSystem& system) {
   stages_->prepare(system);
   for (Array* array : {&x_, &y_, &slope_, &last_slope_, &error_}) *array = Array(system.size());
   events_ = system.events();
-  cuts_ = 0;
+  series_ = {};
   anew_ = false;
   own_ = {};
   fresh_ = true;
@@ -30,7 +31,7 @@ void AdaptiveImplicit::begin(OdeSystem& system, double t, double h, const double
   std::copy_n(x, x_.size(), y_.data());
   const double slope = scaled_norm(last_slope_.data(), x, x);
   controller_.state = {.h = slope > 0 ? 0.5 / slope : h};
-  cuts_ = 0;
+  series_ = {};
   since_ = 0;
   anew_ = false;
 }
@@ -44,8 +45,15 @@ double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
 
 // Repeats the accepted step, from x_ to y_, up to its first event.
 StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
-  const bool cut = cuts_ < Events::kMostCuts;
+  const bool cut = series_.cuts();
   if (!cut) events_->gave_up();
+  if (const double most = series_.longest(); h_ > most) {
+    h_ = most;
+    StepStatus status = StepStatus::kDone;
+    try_step(system, status);
+    if (status != StepStatus::kDone) return status;
+    system.project(t_ + h_, y_.data());
+  }
   bool met = false;
   for (int n = 0; cut && n < Events::kTries; ++n) {
     const double s = events_->first(t_, h_, x_.data(), y_.data());
@@ -57,7 +65,7 @@ StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
     if (status != StepStatus::kDone) return status;
     system.project(t_ + h_, y_.data());
   }
-  cuts_ = met ? cuts_ + 1 : 0;
+  series_.add(met, h_);
   if (met) controller_.state.h = std::min(controller_.state.h, Events::kLonger * h_);
   using Outcome = Events::Outcome;
   const Outcome outcome = events_->end(t_, h_, x_.data(), y_.data(), cut);
@@ -72,7 +80,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
   constexpr double kSmallest = 1e-13;  // of the first trial
   const StepController::State before = controller_.state;
   const double h_before = h_;
-  const int cuts_before = cuts_;
+  const EventSeries series_before = series_;
   const bool was_anew = anew_;
   t_ += h_;
   std::swap(x_, y_);
@@ -112,7 +120,7 @@ StepStatus AdaptiveImplicit::next_step(OdeSystem& system, double until, double a
     return StepStatus::kDone;
   }
   controller_.state = before;
-  cuts_ = cuts_before;
+  series_ = series_before;
   anew_ = was_anew;
   h_ = 0;
   std::swap(x_, y_);
@@ -172,7 +180,10 @@ std::vector<double> AdaptiveImplicit::memory() const {
       t_, h_, state.h, state.error_before, state.repeated ? 1.0 : 0.0, static_cast<double>(since_)};
   for (const Array* array : {&x_, &y_, &slope_, &last_slope_})
     kept.insert(kept.end(), array->span().begin(), array->span().end());
-  if (events_) kept.insert(kept.end(), {static_cast<double>(cuts_), anew_ ? 1.0 : 0.0});
+  if (events_) {
+    std::ranges::copy(series_.memory(), std::back_inserter(kept));
+    kept.push_back(anew_ ? 1.0 : 0.0);
+  }
   const std::vector<double> of_stages = stages_->memory();
   kept.insert(kept.end(), of_stages.begin(), of_stages.end());
   return kept;
@@ -180,7 +191,7 @@ std::vector<double> AdaptiveImplicit::memory() const {
 
 void AdaptiveImplicit::recall(std::span<const double> memory) {
   constexpr std::size_t kHead = 6;
-  const std::size_t size = x_.size(), of_events = events_ ? 2 : 0;
+  const std::size_t size = x_.size(), of_events = events_ ? EventSeries::kMemory + 1 : 0;
   fresh_ = memory.size() < kHead + 4 * size + of_events ||
            !(memory[1] >= 0 && memory[2] > 0 && memory[3] > 0 && memory[5] >= 0);
   if (fresh_) return;
@@ -194,8 +205,8 @@ void AdaptiveImplicit::recall(std::span<const double> memory) {
     memory = memory.subspan(size);
   }
   if (events_) {
-    cuts_ = static_cast<int>(std::clamp(memory[0], 0.0, 1.0 * Events::kMostCuts));
-    anew_ = memory[1] != 0;
+    series_ = EventSeries::recalled(memory.data());
+    anew_ = memory[EventSeries::kMemory] != 0;
   }
   fresh_ = !stages_->recall(memory.subspan(of_events));
 }

@@ -67,9 +67,9 @@ class AdaptiveImplicit final : public Integrator {
   Array x_, y_, slope_, last_slope_;
   Array error_;
   Events* events_ = nullptr;  // of the system
-  int cuts_ = 0;              // steps that ended at events in a row
-  int since_ = 0;             // steps since the last state that was asked for
-  bool anew_ = false;         // f is another one than at the end of the step before
+  EventSeries series_;
+  int since_ = 0;      // steps since the last state that was asked for
+  bool anew_ = false;  // f is another one than at the end of the step before
   Effort own_;
 };
 
