@@ -6,6 +6,7 @@
 #include "core/session/checkpoint.h"
 #include "core/session/timeline.h"
 #include "tests/lua/scene_text.h"
+#include "tests/support/bouncing_ball.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -24,19 +25,6 @@ sim::SystemSpec make_ball(double restitution, const sim::Vec3& velocity = {0.5, 
   spec.particles->list[0].velocity = velocity;
   spec.colliders = {make_plane(restitution)};
   return spec;
-}
-
-// Height of a ball a time t behind an impact at `speed` that gives back the share e of it.
-double height_after(double t, double speed, double e) {
-  double up = e * speed;
-  for (; up > 1e-12 && t >= 2 * up / kGravity; up *= e) t -= 2 * up / kGravity;
-  return up > 1e-12 ? up * t - 0.5 * kGravity * t * t : 0;
-}
-
-// The height of one dropped from 1 m.
-double height_at(double t, double e) {
-  const double fall = std::sqrt(2 / kGravity);
-  return t < fall ? 1 - 0.5 * kGravity * t * t : height_after(t - fall, kGravity * fall, e);
 }
 
 // A cloth that falls on a slanted plane, one corner held.
@@ -61,7 +49,7 @@ TEST_CASE("a ball bounces as the closed form says") {
       double worst = 0;
       for (int n = 0; n < (e == 0.8 ? 300 : 100); ++n) {
         REQUIRE(ball.step());
-        worst = std::max(worst, std::abs(ball.position(0).y() - height_at(ball.t(), e)));
+        worst = std::max(worst, std::abs(ball.position(0).y() - bouncing_height(1, ball.t(), e)));
       }
       CHECK(worst < 1e-12);
       CHECK(ball.position(0).x() == Approx(0.5 * ball.t()));
@@ -78,7 +66,7 @@ TEST_CASE("balls that bounce many times within a step are where the closed form 
       sim::Simulation ball(make_ball(e), registry, {.integrator = {method}, .dt = kStep});
       for (int n = 0; n < 60; ++n) {
         REQUIRE(ball.step());
-        CHECK(std::abs(ball.position(0).y() - height_at(ball.t(), e)) < kRise);
+        CHECK(std::abs(ball.position(0).y() - bouncing_height(1, ball.t(), e)) < kRise);
       }
       CHECK(std::abs(ball.position(0).y()) < kRise);
 
@@ -91,7 +79,8 @@ TEST_CASE("balls that bounce many times within a step are where the closed form 
       sim::Simulation balls(row, registry, {.integrator = {method}, .dt = kStep});
       REQUIRE(balls.step());
       for (int k = 0; k < 9; ++k)
-        CHECK(std::abs(balls.position(k).y() - height_after(kStep, 0.2 * (k + 1), e)) < kRise);
+        CHECK(std::abs(balls.position(k).y() - height_after_impact(kStep, 0.2 * (k + 1), e)) <
+              kRise);
     }
   // Velocities of a method of first order are not those of its paths.
   sim::Simulation ball(make_ball(0.8), registry, {.integrator = {"symplectic_euler"}, .dt = kStep});

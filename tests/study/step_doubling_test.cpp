@@ -12,6 +12,7 @@
 #include "core/study/verdict/verdict.h"
 #include "tests/lua/scene_text.h"
 #include "tests/study/judged_run.h"
+#include "tests/support/bouncing_ball.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -122,22 +123,11 @@ TEST_CASE("the shadow tells the error of methods of every order") {
   }
 }
 
-// Balls that bounce on a plane: flights from v e, v e^2, .., each as long as 2 v e^n / g. Contact
-// at the ends of steps has order 1, though the method has 2. One ball alone may meet the plane at
-// the same time with half the step.
+// Balls that bounce on a plane. Contact at the ends of steps has order 1, though the method has 2.
+// One ball alone may meet the plane at the same time with half the step.
 TEST_CASE("the error that is told of a run with contact is that of the order it has") {
   constexpr double kRestitution = 0.8, kEnd = 1.7;
   const std::vector<double> heights{1, 0.87, 0.71, 0.62, 0.53, 0.49};
-  const auto height_at = [&](double height, double t) {
-    const double speed = std::sqrt(2 * kGravity * height), fall = speed / kGravity;
-    if (t < fall) return height - 0.5 * kGravity * t * t;
-    double begin = fall, up = kRestitution * speed;
-    while (t > begin + 2 * up / kGravity) {
-      begin += 2 * up / kGravity;
-      up *= kRestitution;
-    }
-    return up * (t - begin) - 0.5 * kGravity * (t - begin) * (t - begin);
-  };
   sim::PartSpec plane = make_part("plane", {{"normal", sim::Vec3(0, 1, 0)}});
   plane.given["restitution"] = kRestitution;
   sim::SystemSpec spec = make_particle({0, heights[0], 0}, {0, 0, 0}, plane);
@@ -156,7 +146,7 @@ TEST_CASE("the error that is told of a run with contact is that of the order it 
       if (n % std::max<std::int64_t>(1, steps / 100) != 0) continue;
       for (std::size_t i = 0; i < heights.size(); ++i)
         error = std::max(error, std::abs(again.position(static_cast<int>(i))[1] -
-                                         height_at(heights[i], again.t())));
+                                         bouncing_height(heights[i], again.t(), kRestitution)));
     }
     INFO(h << ": told " << found.deviation.error << ", true " << error);
     CHECK(found.deviation.error > 2.0 / 3 * error);

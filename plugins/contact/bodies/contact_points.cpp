@@ -215,7 +215,6 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
   // The motion of the gap in the step, from its end and the rates at both ends.
   const double rate = m.normal.dot(now), rate0 = m.normal.dot(before), a = (rate - rate0) / h;
   const Vec3 slip_gain = tangential(now - before, m.normal);
-  m.gap = point.gap + left * h * rate;
   // The duration of the side that is not fixed.
   constexpr double kHeld = 1e-6;
   const Reach* kinematic = &reach_[f];
@@ -223,9 +222,9 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
     if (const Reach& with = reach_[static_cast<std::size_t>(second)];
         reach_[f].gained <= kHeld * with.gained)
       kinematic = &with;
-  const double duration = kinematic->duration;
-  const double tiny = m.tiny = gap_tolerance_ * size,
-               gap0 = m.gap - h * rate0 - duration * (rate - rate0);
+  const double duration = kinematic->duration, change = h * rate0 + duration * (rate - rate0);
+  m.gap = point.gap + left * change;
+  const double tiny = m.tiny = gap_tolerance_ * size, gap0 = m.gap - change;
   if (gap0 <= tiny) {
     m.before = rate0, m.given = rate - rate0, m.after = h, m.duration = duration;
     m.path_gap = gap0 + h * rate0, m.path_gain = m.given, m.path_slip_gain = slip_gain;

@@ -138,12 +138,16 @@ double time_since(double gap, double rate, double a, double h) {
   return best;
 }
 
-// The gap s before the end is g - v s + a s^2 / 2, with g and v those at the end.
+// The gap s before the end is g - v s + a s^2 / 2, with g and v those at the end. A pair that has
+// just bounced may come back.
 double ContactSolver::Approach::next_touch(double now) const {
   double s = now;
-  if (gap - (rate - 0.5 * acceleration * now) * now > tiny) {
+  const bool apart = gap - (rate - 0.5 * acceleration * now) * now > tiny,
+             leaves = !apart && rate - acceleration * now > least;
+  if (apart || leaves) {
     if (!(gap < 0)) return -1;
     s = time_since(gap, rate, acceleration, now);
+    if (leaves && !(now - s > shortest)) return -1;
   } else if (gap > tiny) {
     return -1;
   }
@@ -151,10 +155,12 @@ double ContactSolver::Approach::next_touch(double now) const {
 }
 
 void ContactSolver::update_approach(std::span<const SolverBody> solver_bodies,
-                                    std::span<const ContactPoint> contacts, std::size_t k) {
+                                    std::span<const ContactPoint> contacts, std::size_t k,
+                                    double now) {
   const ContactPoint& m = contacts[k];
   approaches_[k].gap = m.path_gap + moved(solver_bodies, m);
   approaches_[k].rate = m.normal.dot(velocity(solver_bodies, m)) - m.path_gain;
+  touches_[k] = approaches_[k].next_touch(now);
 }
 
 // Sorts the contacts by body, by counting.
@@ -173,7 +179,7 @@ void ContactSolver::list_contacts(std::size_t bodies, std::span<const ContactPoi
 }
 
 void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
-                                      std::span<ContactPoint> contacts, double h,
+                                      std::span<ContactPoint> contacts, double h, double shortest,
                                       ThreadPool& pool) {
   double fastest = 0, now = h;
   for (const ContactPoint& m : contacts)
@@ -181,13 +187,15 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   list_contacts(solver_bodies.size(), contacts);
   if (joints_) scratch_.resize(solver_bodies.size());
   approaches_.resize(contacts.size());
+  touches_.resize(contacts.size());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const ContactPoint& m = contacts[k];
     const bool rebounds = m.restitution > 0 || m.has_law();
     approaches_[k] = {.acceleration = m.acceleration,
                       .tiny = m.tiny,
-                      .least = (rebounds ? kNoApproach : kInelastic) * fastest};
-    update_approach(solver_bodies, contacts, k);
+                      .least = (rebounds ? kNoApproach : kInelastic) * fastest,
+                      .shortest = rebounds ? shortest : HUGE_VAL};
+    update_approach(solver_bodies, contacts, k, now);
   }
   std::size_t after = 0;  // the meeting behind the last one: who comes next at the same moment
   const std::size_t most = std::min(kMostBounces * contacts.size(),
@@ -195,15 +203,17 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   for (std::size_t left = most; left > 0 && !pool.gives_up(0); --left) {
     std::size_t next = contacts.size();
     double earliest = -1, soft = 0;
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      const std::size_t at = (after + k) % contacts.size();
-      const double s = approaches_[at].next_touch(now);
-      if (!(s > earliest)) continue;
-      const ContactPoint& m = contacts[at];
-      const double own = joints_ ? joint_inverse_mass(solver_bodies, m) : m.inverse_mass_n;
-      if (!(own > kHeld * m.inverse_mass_n)) continue;
-      next = at, earliest = s, soft = own;
-    }
+    const auto look = [&](std::size_t from, std::size_t to) {
+      for (std::size_t k = from; k < to; ++k) {
+        if (!(touches_[k] > earliest)) continue;
+        const ContactPoint& m = contacts[k];
+        const double own = joints_ ? joint_inverse_mass(solver_bodies, m) : m.inverse_mass_n;
+        if (!(own > kHeld * m.inverse_mass_n)) continue;
+        next = k, earliest = touches_[k], soft = own;
+      }
+    };
+    look(after, contacts.size());
+    look(0, after);
     if (next == contacts.size()) return;
     ContactPoint& m = contacts[next];
     now = earliest;
@@ -221,7 +231,7 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
       if (body < 0) return;
       const auto b = static_cast<std::size_t>(body);
       for (std::size_t k = first_[b]; k < first_[b + 1]; ++k)
-        update_approach(solver_bodies, contacts, contacts_of_[k]);
+        update_approach(solver_bodies, contacts, contacts_of_[k], now);
     };
     for (const int group : groups_of(m))
       if (group >= 0) {

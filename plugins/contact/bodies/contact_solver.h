@@ -81,24 +81,23 @@ class ContactSolver {
   // The joints that all following impulses respect; null: none.
   void set_joints(JointProjection* links) { joints_ = links; }
 
-  // Computes the effective masses and tangent directions of contacts; the active ones take part in
-  // the solves that follow.
+  // Computes the effective masses and tangent directions of contacts.
   void prepare(std::span<const SolverBody> solver_bodies, std::span<ContactPoint> contacts,
                ThreadPool& pool) const;
 
   // Resolves the impacts in a step of length h in order of their time of impact, including those
   // caused by earlier impulses, each by the laws of its sides. Simultaneous impacts are solved pair
   // by pair in their order, repeatedly, until none approaches. So an impulse runs along a row of
-  // balls, as in Newton's cradle, whatever is between them. The work is bounded: approaches left
-  // among hundreds of points are resolved without restitution, as resting contacts.
+  // balls, as in Newton's cradle, whatever is between them. A flight shorter than `shortest`, s, is
+  // rest. The work is bounded: approaches left among hundreds of points are resolved without
+  // restitution, as resting contacts.
   void solve_restitution(std::span<SolverBody> solver_bodies, std::span<ContactPoint> contacts,
-                         double h, ThreadPool& pool);
+                         double h, double shortest, ThreadPool& pool);
 
   // The change of the gap at the end of the step by impulses, m.
   static double moved(std::span<const SolverBody> solver_bodies, const ContactPoint& contact);
 
-  // Applies the present impulses of resting contacts, the warm start of RestingSolver, which
-  // projects them.
+  // Applies the present impulses of resting contacts, the warm start of RestingSolver.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;
 
   // Applies an impulse p to the first and -p to the second, and the displacement that it causes.
@@ -111,7 +110,7 @@ class ContactSolver {
   // The motion of a gap at the end of the step, as the impulses so far have it.
   struct Approach {
     double gap = 0, rate = 0, acceleration = 0;  // m, m/s, m/s^2
-    double tiny = 0, least = 0;                  // m; m/s: a slower approach is none
+    double tiny = 0, least = 0, shortest = 0;  // m; m/s: a slower approach is none; s, of a flight
     // The time, s, before the end of the step of the next impact, at most `now`; negative: none.
     double next_touch(double now) const;
   };
@@ -119,11 +118,12 @@ class ContactSolver {
   std::array<int, 2> groups_of(const ContactPoint& m) const;
   void list_contacts(std::size_t bodies, std::span<const ContactPoint> contacts);
   void update_approach(std::span<const SolverBody> solver_bodies,
-                       std::span<const ContactPoint> contacts, std::size_t k);
+                       std::span<const ContactPoint> contacts, std::size_t k, double now);
 
   JointProjection* joints_ = nullptr;
   std::vector<SolverBody> scratch_;               // changes of velocities
   std::vector<Approach> approaches_;              // of each contact
+  std::vector<double> touches_;                   // their next, see next_touch()
   std::vector<std::size_t> first_, contacts_of_;  // of each body, one list behind the other
 };
 

@@ -21,6 +21,7 @@ constexpr double kFit = 0.01;    // of that: the accuracy of these moves
 constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of bodies by impulses
 // Rounds in which contacts that close are stopped, with so many points and with fewer.
 constexpr long kMany = 100;
+constexpr long kFew = 32;  // points that touch: short flights are worth their cost
 constexpr int kStopped = 1, kMostStopped = 8;
 constexpr double kSlow = 0.05;   // of the largest speed of contact: what stops in any case
 constexpr double kAtHand = 0.3;  // of the change of a speed: what it may add to an approach
@@ -36,11 +37,13 @@ Mat3 turned_over(const Mat3& axes, const Vec3& w) {
                      turned_over(axes.column(2), w)});
 }
 
-bool bounces(const ContactPoint& m) {
-  return m.restitution > 0 && m.before < -2 * std::fabs(m.given);
-}
-
 }  // namespace
+
+// It leaves for longer than forces take to bring it back soon, or, among many, within the step.
+bool RigidContact::bounces(const ContactPoint& m) const {
+  const double most = std::min(m.after, shortest_);
+  return m.restitution > 0 && m.before * m.after < -2 * std::fabs(m.given) * most;
+}
 
 // At the end of the step, m and m/s, as impulses so far have it.
 std::pair<double, double> RigidContact::gap_and_rate(const ContactPoint& m) const {
@@ -93,6 +96,8 @@ bool RigidContact::hold_open(double h, double scale) {
 double RigidContact::solve(const Step& step) {
   const double h = step.h;
   contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
+  const bool few = std::ranges::count_if(contacts_, &ContactPoint::active) <= kFew;
+  shortest_ = few ? kShortestFlight * h : h;
   double scale = 0;
   bool any_bounces = false;
   for (const ContactPoint& m : contacts_) {
@@ -102,11 +107,15 @@ double RigidContact::solve(const Step& step) {
                                 ContactSolver::velocity(solver_bodies_, m).norm());
   }
   if (any_bounces) {
-    contact_solver_.solve_restitution(solver_bodies_, contacts_, h, particles_->pool());
+    contact_solver_.solve_restitution(solver_bodies_, contacts_, h, shortest_, particles_->pool());
     // Bodies that bounced, or that others struck away, may approach again across a gap that the
     // step leaves open: their next impact belongs to a later step, and nothing rests there.
-    for (ContactPoint& m : contacts_)
-      if (const auto [gap, rate] = gap_and_rate(m); gap > m.tiny && rate < 0) m.active = false;
+    for (ContactPoint& m : contacts_) {
+      const auto [gap, rate] = gap_and_rate(m);
+      if (gap > m.tiny && rate < 0) m.active = false;
+      if (few && m.active && bounces(m) && rate < 0)
+        m.duration = std::clamp(gap / rate, 0.0, m.after);
+    }
   }
   contact_solver_.start(solver_bodies_, contacts_);
   for (ContactPoint& m : contacts_) {

@@ -88,6 +88,7 @@ class RigidContact {
   void move_arms(std::span<ContactPoint> of_pair) const;
   void apply_warm_start(ContactPoint& contact) const;
   void find_further(const Step& step);
+  bool bounces(const ContactPoint& contact) const;
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
   bool activate(double h, double& scale);
   bool hold_open(double h, double scale);
@@ -107,7 +108,7 @@ class RigidContact {
   std::optional<ParticleContactPass> contact_pass_;  // of single particles and colliders
   ContactSolver contact_solver_;
   RestingSolver resting_solver_;
-  double tolerance_, gap_tolerance_;
+  double tolerance_, gap_tolerance_, shortest_ = 0;  // the last: s, of the flights of this step
   std::unique_ptr<BodyJoints> joints_;  // if there are others than bodies have by themselves
   std::vector<int> entered_;            // particles that are movers in this step, behind the bodies
   std::vector<int> solver_body_of_;     // of each single particle, -1: none

@@ -74,7 +74,7 @@ struct Cluster {
     for (const ContactPoint& m : contacts) most = std::max(most, -rate(m));
     return most;
   }
-  void solve() { ContactSolver().solve_restitution(bodies, contacts, kStep, pool); }
+  void solve() { ContactSolver().solve_restitution(bodies, contacts, kStep, kStep, pool); }
 };
 
 }  // namespace

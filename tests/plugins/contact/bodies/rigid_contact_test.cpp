@@ -4,6 +4,7 @@
 #include "core/session/timeline.h"
 #include "tests/lua/scene_text.h"
 #include "tests/support/allocations.h"
+#include "tests/support/bouncing_ball.h"
 #include "tests/support/momentum.h"
 #include "tests/support/scenes.h"
 
@@ -96,6 +97,30 @@ TEST_CASE("a ball bounces as Newton says, exactly in uniform gravity", "[rigid]"
   TextRun scene(text, "verlet", 0.01);
   scene.run_to(10);
   CHECK(scene.system.body_state(0).center.y() == Approx(0.1).margin(1e-9));
+}
+
+// In steps of 0.25 s it moves by four of its radii, and bounces several times in each.
+TEST_CASE("a ball bounces in steps of any length, until it rests", "[rigid]") {
+  for (const double e : {0.5, 0.8}) {
+    const std::string text = scene_of(
+        "sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 2, position = {0, 1.1, 0}, "
+        "restitution = " +
+            std::to_string(e) + " }",
+        kFloor);
+    for (const char* const method : {"verlet", "rk4", "implicit_midpoint"})
+      for (const double h : {0.25, 0.1, 0.02, 0.003}) {
+        INFO(method << ", " << h << ", " << e);
+        TextRun scene(text, method, h);
+        double off = 0;
+        while (scene.system.t() < 5) {
+          REQUIRE(scene.system.step());
+          off = std::max(off, std::fabs(scene.system.body_state(0).center.y() - 0.1 -
+                                        sim_test::bouncing_height(1, scene.system.t(), e)));
+        }
+        CHECK(off < 1e-12);
+        CHECK(scene.system.body_state(0).velocity.norm() < 1e-12);
+      }
+  }
 }
 
 // A ball that falls on an incline from rest slips at g sin(0.4) t when it hits; friction stops the
