@@ -237,15 +237,19 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
     m.before = rate - m.given;
     m.duration = rate < 0 ? std::clamp(m.gap / rate, 0.0, h) : duration;
   }
-  apply_warm_start(m);
+  apply_warm_start(m, found.kept);
   found.contacts.push_back(m);
 }
 
-// Applies the impulses of the step before.
-void RigidContact::apply_warm_start(ContactPoint& m) const {
+// Applies the impulses of the step before. kept: where those of a pair begin, perhaps of this one.
+void RigidContact::apply_warm_start(ContactPoint& m, std::size_t& kept) const {
   const auto key = [](const WarmStart& kept) { return std::pair(kept.first, kept.second); };
   const std::pair own(m.key1, m.key2);
-  auto place = std::ranges::lower_bound(warm_start_, own, {}, key);
+  const auto begin = warm_start_.begin();
+  auto place = begin + static_cast<std::ptrdiff_t>(kept);
+  if (kept >= warm_start_.size() || key(*place) != own)
+    place = std::ranges::lower_bound(warm_start_, own, {}, key);
+  kept = static_cast<std::size_t>(place - begin);
   for (; place != warm_start_.end() && key(*place) == own; ++place)
     if (place->feature == m.feature) {
       m.normal_impulse = place->normal_impulse;
@@ -370,7 +374,7 @@ void RigidContact::find_further(const Step& step) {
                                  std::min(kOnwards * most, kNeighbours * reach_[i].scale)});
   known_.swap(contacts_);
   find(step);
-  contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
+  ContactSolver::prepare(contacts_, particles_->pool());
   const auto key = [](const ContactPoint& m) { return std::tuple(m.key1, m.key2, m.feature); };
   std::ranges::sort(known_, {}, key);
   for (ContactPoint& m : contacts_) {

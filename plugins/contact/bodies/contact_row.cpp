@@ -31,10 +31,10 @@ ContactRow::ContactRow(std::span<const SolverBody> bodies, const ContactPoint& o
   }
   Mat3 response;
   for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t l = 0; l < 3; ++l) {
+    for (std::size_t l = k; l < 3; ++l) {
       const Direction &a = direction[k], &b = direction[l];
-      response(k, l) = (k == l ? inverse_mass[0] + inverse_mass[1] : 0) +
-                       a.moment[0].dot(b.turn[0]) + a.moment[1].dot(b.turn[1]);
+      response(k, l) = response(l, k) = (k == l ? inverse_mass[0] + inverse_mass[1] : 0) +
+                                        a.moment[0].dot(b.turn[0]) + a.moment[1].dot(b.turn[1]);
     }
   point = PointResponse::of(response);
   for (std::size_t k = 0; k < 3; ++k) scale[k] = std::sqrt(response(k, k));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/slot.h"
 #include "core/particles/collider.h"
 
 namespace sim {
@@ -59,33 +60,36 @@ Vec3 ContactSolver::velocity(std::span<const SolverBody> solver_bodies,
          (contact.second >= 0 ? of(contact.second, contact.arm2) : contact.ground);
 }
 
-void ContactSolver::prepare(std::span<const SolverBody> solver_bodies,
-                            std::span<ContactPoint> contacts, ThreadPool& pool) const {
-  const auto prepare_one = [&](ContactPoint& m) {
-    const Vec3& n = m.normal;
-    const Vec3 side = n.cross(std::fabs(n.x()) < 0.8 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
-    m.u = side / side.norm();
-    m.v = n.cross(m.u);
-    const auto soft = [&](const Vec3& along) {
-      double sum =
-          inverse_effective_mass(solver_bodies[static_cast<std::size_t>(m.first)], m.arm1, along);
-      if (m.second >= 0)
-        sum += inverse_effective_mass(solver_bodies[static_cast<std::size_t>(m.second)], m.arm2,
-                                      along);
-      return sum;
-    };
-    m.tangent_impulse[0] = m.u.dot(m.friction_impulse),
-    m.tangent_impulse[1] = m.v.dot(m.friction_impulse);
-    m.inverse_mass_n = soft(n);
-    // Tangentially the larger eigenvalue of the 2 x 2 matrix.
-    const double diagonal = soft((m.u + m.v) / std::sqrt(2.0)), u = soft(m.u), v = soft(m.v);
-    const double mixed = diagonal - 0.5 * (u + v);
-    m.inverse_mass_t = 0.5 * (u + v) + std::sqrt(0.25 * (u - v) * (u - v) + mixed * mixed);
-  };
+void ContactSolver::prepare(std::span<ContactPoint> contacts, ThreadPool& pool) {
   constexpr int kWorthThreads = 1024;  // points
   pool.run_if_many(static_cast<int>(contacts.size()), kWorthThreads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) prepare_one(contacts[static_cast<std::size_t>(k)]);
+    for (ContactPoint& m : contacts.subspan(slot(begin), slot(end - begin))) {
+      const Vec3& n = m.normal;
+      const Vec3 side = n.cross(std::fabs(n.x()) < 0.8 ? Vec3(1, 0, 0) : Vec3(0, 0, 1));
+      m.u = side / side.norm();
+      m.v = n.cross(m.u);
+      m.tangent_impulse[0] = m.u.dot(m.friction_impulse);
+      m.tangent_impulse[1] = m.v.dot(m.friction_impulse);
+    }
   });
+}
+
+// The changes of velocity by unit impulses: along the normal, and along the surface the larger
+// eigenvalue of the 2 x 2 matrix.
+void ContactSolver::find_inverse_masses(std::span<const SolverBody> solver_bodies,
+                                        ContactPoint& m) {
+  const auto soft = [&](const Vec3& along) {
+    double sum =
+        inverse_effective_mass(solver_bodies[static_cast<std::size_t>(m.first)], m.arm1, along);
+    if (m.second >= 0)
+      sum +=
+          inverse_effective_mass(solver_bodies[static_cast<std::size_t>(m.second)], m.arm2, along);
+    return sum;
+  };
+  m.inverse_mass_n = soft(m.normal);
+  const double diagonal = soft((m.u + m.v) / std::sqrt(2.0)), u = soft(m.u), v = soft(m.v);
+  const double mixed = diagonal - 0.5 * (u + v);
+  m.inverse_mass_t = 0.5 * (u + v) + std::sqrt(0.25 * (u - v) * (u - v) + mixed * mixed);
 }
 
 // The groups of joints of both sides, -1: none.
@@ -189,7 +193,8 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
   approaches_.resize(contacts.size());
   touches_.resize(contacts.size());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const ContactPoint& m = contacts[k];
+    ContactPoint& m = contacts[k];
+    find_inverse_masses(solver_bodies, m);
     const bool rebounds = m.restitution > 0 || m.has_law();
     approaches_[k] = {.acceleration = m.acceleration,
                       .tiny = m.tiny,

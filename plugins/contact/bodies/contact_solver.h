@@ -81,9 +81,8 @@ class ContactSolver {
   // The joints that all following impulses respect; null: none.
   void set_joints(JointProjection* links) { joints_ = links; }
 
-  // Computes the effective masses and tangent directions of contacts.
-  void prepare(std::span<const SolverBody> solver_bodies, std::span<ContactPoint> contacts,
-               ThreadPool& pool) const;
+  // Sets the tangents of contacts, and their friction along these.
+  static void prepare(std::span<ContactPoint> contacts, ThreadPool& pool);
 
   // Resolves the impacts in a step of length h in order of their time of impact, including those
   // caused by earlier impulses, each by the laws of its sides. Simultaneous impacts are solved pair
@@ -114,6 +113,7 @@ class ContactSolver {
     // The time, s, before the end of the step of the next impact, at most `now`; negative: none.
     double next_touch(double now) const;
   };
+  static void find_inverse_masses(std::span<const SolverBody> solver_bodies, ContactPoint& m);
   double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
   std::array<int, 2> groups_of(const ContactPoint& m) const;
   void list_contacts(std::size_t bodies, std::span<const ContactPoint> contacts);

@@ -95,7 +95,7 @@ bool RigidContact::hold_open(double h, double scale) {
 // Solves impacts, and resting contacts, also those that impulses bring about.
 double RigidContact::solve(const Step& step) {
   const double h = step.h;
-  contact_solver_.prepare(solver_bodies_, contacts_, particles_->pool());
+  ContactSolver::prepare(contacts_, particles_->pool());
   const bool few = std::ranges::count_if(contacts_, &ContactPoint::active) <= kFew;
   shortest_ = few ? kShortestFlight * h : h;
   double scale = 0;
@@ -218,7 +218,7 @@ void RigidContact::take_moves() {
 
 void RigidContact::solve_moves(std::span<ContactPoint> contacts, double tolerance) {
   if (joints_) joints_->begin_moves();
-  contact_solver_.prepare(moved_bodies_, contacts, particles_->pool());
+  ContactSolver::prepare(contacts, particles_->pool());
   resting_solver_.solve(moved_bodies_, contacts, tolerance, particles_->pool());
   if (joints_) joints_->end_moves();
 }

@@ -71,6 +71,7 @@ class RigidContact {
   struct Found {
     std::vector<ContactPoint> contacts;
     std::vector<ManifoldPoint> points;  // of one pair
+    std::size_t kept = 0;               // its first in warm_start_
   };
   int key(int solver_body) const;  // of a body its number, of a particle its id behind those
   void load(const Step& step);
@@ -86,12 +87,11 @@ class RigidContact {
   void add_contact(const ManifoldPoint& point, int first, int second, int collider,
                    const Step& step, double left, Found& found) const;
   void move_arms(std::span<ContactPoint> of_pair) const;
-  void apply_warm_start(ContactPoint& contact) const;
+  void apply_warm_start(ContactPoint& contact, std::size_t& kept) const;
   void find_further(const Step& step);
   bool bounces(const ContactPoint& contact) const;
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
-  bool activate(double h, double& scale);
-  bool hold_open(double h, double scale);
+  bool activate(double h, double& scale), hold_open(double h, double scale);
   double solve(const Step& step);
   void copy_moves(), take_moves(), project_moves();
   bool bound_moves(double h);

@@ -34,13 +34,13 @@ struct Cluster {
           if (j + 1 < side) touch(own, at(i, j + 1, k), {0, -1, 0}, 1);
           if (k + 1 < side) touch(own, at(i, j, k + 1), {0, 0, -1}, 1);
         }
-    ContactSolver().prepare(bodies, contacts, pool);
+    ContactSolver::prepare(contacts, pool);
   }
   // A row at rest but for the first.
   Cluster(int count, double restitution) {
     for (int i = 0; i < count; ++i) add({i == 0 ? 1.0 : 0.0, 0, 0});
     for (int i = 0; i + 1 < count; ++i) touch(i, i + 1, {-1, 0, 0}, restitution);
-    ContactSolver().prepare(bodies, contacts, pool);
+    ContactSolver::prepare(contacts, pool);
   }
 
   void add(const Vec3& velocity) {

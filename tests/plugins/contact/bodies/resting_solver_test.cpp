@@ -46,7 +46,7 @@ struct Towers {
   }
   double solve(double tolerance, int threads = 1) {
     ThreadPool pool(threads);
-    ContactSolver().prepare(bodies, contacts, pool);
+    ContactSolver::prepare(contacts, pool);
     return RestingSolver().solve(bodies, contacts, tolerance, pool);
   }
 };
