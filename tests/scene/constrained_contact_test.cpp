@@ -352,3 +352,23 @@ TEST_CASE("a rod that falls flat bounces in steps of any length, until it rests"
       CHECK(run.system.velocity(0).norm() < 1e-6);
     }
 }
+
+// Thirteen particles land one after the other, several in most steps of 16 ms.
+TEST_CASE("a rope that lands at many moments of a step is followed from one to the next",
+          "[scene][constraints]") {
+  constexpr int kLinks = 12;
+  std::string points, ties;
+  for (int i = 0; i <= kLinks; ++i) {
+    points += "{" + std::to_string(0.1 * i) + ", " +
+              std::to_string(0.5 + 0.02 * i + 0.05 * std::sin(i)) + ", " +
+              std::to_string(0.03 * std::cos(3 * i)) + "}, ";
+    if (i > 0) ties += "{" + std::to_string(i - 1) + ", " + std::to_string(i) + "}, ";
+  }
+  const std::string text =
+      held_scene(points, ties, "sim.collider.plane { normal = {0, 1, 0}, friction = 0.4 }");
+  Run coarse(text, "verlet", 0.5 / 32), fine(text, "verlet", 0.5 / 2048);
+  coarse.run_to(0.5);
+  fine.run_to(0.5);
+  for (int i = 0; i <= kLinks; ++i)
+    CHECK((coarse.system.position(i) - fine.system.position(i)).norm() < 1e-3);
+}

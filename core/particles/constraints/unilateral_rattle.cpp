@@ -9,7 +9,9 @@
 namespace sim {
 namespace {
 
-constexpr int kMostMoments = 3;          // at which hits cut a step, if it is not that they must
+// Moments at which hits cut a step, if it is not that they must: each costs as much as the step, so
+// that many particles share few.
+constexpr int kLeastMoments = 3, kMostMoments = 60, kParticlesCut = 3000;
 constexpr double kSlipTolerance = 1e-9;  // of the velocities at hand: a slip that is none
 constexpr int kAtOnce = 128;
 constexpr std::size_t kFew = 1000;  // that touch more than one collider; more make room
@@ -21,6 +23,8 @@ UnilateralRattle::UnilateralRattle(Particles& particles, ConstraintSystem& const
     : particles_(&particles),
       constraint_system_(&constraint_system),
       first_order_(first_order),
+      most_moments_(std::clamp(kParticlesCut / std::max(1, particles.layout().n()), kLeastMoments,
+                               kMostMoments)),
       start_rows_(constraint_system.constraints().rows()),
       rows_(constraint_system.constraints().rows()),
       solver_(constraint_system.constraints()),
@@ -119,12 +123,12 @@ double UnilateralRattle::next_cut() const {
     if (impact.known || !impact.cuts) continue;
     first = std::min(first, impact.s);
     if (impact.through) must = std::min(must, impact.s);
-    bool other = count <= kMostMoments;
+    bool other = count <= most_moments_;
     for (int k = 0; k < count && other; ++k)
       other = std::fabs(moments[k] - impact.s) > kSimultaneous;
     if (other) moments[count++] = impact.s;
   }
-  return count <= kMostMoments ? first : must;
+  return count <= most_moments_ ? first : must;
 }
 
 double UnilateralRattle::energy(double t, const double* state) const {

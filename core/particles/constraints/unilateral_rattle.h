@@ -94,6 +94,7 @@ class UnilateralRattle {
   Particles* particles_;
   ConstraintSystem* constraint_system_;
   bool first_order_;
+  int most_moments_;
   RowValues start_rows_, rows_;
   ActiveSetContactSolver solver_;
   std::vector<int> candidates_;  // free particles that may touch something
