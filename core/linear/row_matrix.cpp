@@ -75,7 +75,8 @@ std::vector<std::array<int, 2>> pairs_of(const Graph& columns) {
 
 }  // namespace
 
-RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
+RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights,
+                     std::span<const std::uint8_t> orthogonal)
     : size_(pattern.rows()) {
   const auto n = static_cast<std::size_t>(size_);
   SIM_ASSERT(pattern.begin.back() == static_cast<int>(pattern.ids.size()));
@@ -116,8 +117,11 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights)
   for (int k = 0; k < size_; ++k) {
     const auto row = static_cast<std::size_t>(row_at_[static_cast<std::size_t>(k)]);
     place[row] = k;
-    if (component[row] == static_cast<int>(components_.size())) components_.push_back({k, k});
-    components_.back().end = k + 1;
+    if (component[row] == static_cast<int>(components_.size()))
+      components_.push_back({.begin = k, .orthogonal = true});
+    Component& of = components_.back();
+    of.end = k + 1;
+    of.orthogonal = of.orthogonal && !orthogonal.empty() && orthogonal[row];
   }
   columns = renumbered(columns, place);
 
@@ -213,14 +217,48 @@ int RowMatrix::first_dependent() const {
 void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double> weights,
                           double shift) {
   SIM_ASSERT(product_begin_.size() == entries_.size() + 1 && shift >= 0);
-  constexpr double kShift = 1e-9;
+  for_each([&](Component& of) { factorise(of, gradient, weights, shift); });
+}
+
+void RowMatrix::factorise_obeyed(std::span<const Vec3> gradient, std::span<const double> weights) {
   for_each([&](Component& of) {
-    add_up(of, gradient, weights);
-    of.dependent = 0;
-    of.first_dependent = -1;
-    of.shifted = shift > 0 || !eliminate(of, 0);
-    if (of.shifted) eliminate(of, std::max(shift, kShift));
+    of.diagonal = of.orthogonal && fill_diagonal(of, gradient, weights);
+    if (!of.diagonal) factorise(of, gradient, weights, 0);
+    if (of.diagonal) of.dependent = 0, of.first_dependent = -1;
   });
+}
+
+void RowMatrix::factorise(Component& of, std::span<const Vec3> gradient,
+                          std::span<const double> weights, double shift) {
+  constexpr double kShift = 1e-9;
+  add_up(of, gradient, weights);
+  of.diagonal = false;
+  of.dependent = 0;
+  of.first_dependent = -1;
+  of.shifted = shift > 0 || !eliminate(of, 0);
+  if (of.shifted) eliminate(of, std::max(shift, kShift));
+}
+
+// False if weights differ, or a row has none.
+bool RowMatrix::fill_diagonal(const Component& of, std::span<const Vec3> gradient,
+                              std::span<const double> weights) {
+  double weight = 0;
+  for (int k = of.begin; k < of.end; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const auto diagonal = static_cast<std::size_t>(entry_begin_[at + 1]) - 1;
+    double sum = 0;
+    for (int p = product_begin_[diagonal]; p < product_begin_[diagonal + 1]; ++p) {
+      const Product& product = products_[static_cast<std::size_t>(p)];
+      const double own = weights[static_cast<std::size_t>(product.node)];
+      if (weight == 0) weight = own;
+      if (own != weight) return false;
+      sum += gradient[static_cast<std::size_t>(product.a)].squaredNorm();
+    }
+    if (!(sum > 0)) return false;
+    inverse_[at] = 1 / (weight * sum);
+    empty_[at] = 0;
+  }
+  return true;
 }
 
 // The entries of A.
@@ -338,6 +376,10 @@ void RowMatrix::refine(const Component& of) {
 void RowMatrix::solve(double* x) {
   for_each([&](const Component& of) {
     const auto begin = static_cast<std::size_t>(of.begin), end = static_cast<std::size_t>(of.end);
+    if (of.diagonal) {
+      for (std::size_t k = begin; k < end; ++k) x[slot(row_at_[k])] *= inverse_[k];
+      return;
+    }
     for (std::size_t k = begin; k < end; ++k)
       x_[k] = empty_[k] ? 0.0 : x[static_cast<std::size_t>(row_at_[k])];
     if (of.shifted)

@@ -24,13 +24,17 @@ namespace sim {
 // least-norm solution of A lambda = b, in the sense of least squares.
 class RowMatrix {
  public:
-  // weights: inverse masses of the nodes, 0 if one does not move.
-  RowMatrix(const RowPattern& pattern, std::span<const double> weights);
+  // weights: inverse masses of the nodes, 0 if one does not move. orthogonal: of each row, true if
+  // its gradient is orthogonal to those of such rows that it shares nodes with; empty: none.
+  RowMatrix(const RowPattern& pattern, std::span<const double> weights,
+            std::span<const std::uint8_t> orthogonal = {});
 
   void share(ThreadPool* pool) { pool_ = pool; }  // between its threads; null: the caller alone
 
   // shift: e, if rows are known to be nearly dependent; 0: if they are found to be.
   void factorise(std::span<const Vec3> gradient, std::span<const double> weights, double shift = 0);
+  // The same where the equations are obeyed: components of orthogonal rows are diagonal then.
+  void factorise_obeyed(std::span<const Vec3> gradient, std::span<const double> weights);
   void solve(double* x);  // x := A^-1 x, in the order of the rows
 
   int dependent() const;                             // rows that follow from others, as it seems
@@ -46,16 +50,21 @@ class RowMatrix {
   };
 
   struct Component {
-    int begin = 0, end = 0;  // places of the order
-    std::size_t work = 0;    // of it and those before
-    bool shifted = false;
+    int begin = 0, end = 0;   // places of the order
+    std::size_t work = 0;     // of it and those before
+    bool orthogonal = false;  // its rows, for equal weights
+    bool diagonal = false, shifted = false;
     int dependent = 0, first_dependent = -1;
   };
 
   void analyse(const std::vector<std::vector<int>>& columns);
   template <class Body>
   void for_each(const Body& body);
+  void factorise(Component& of, std::span<const Vec3> gradient, std::span<const double> weights,
+                 double shift);
   void add_up(const Component& of, std::span<const Vec3> gradient, std::span<const double> weights);
+  bool fill_diagonal(const Component& of, std::span<const Vec3> gradient,
+                     std::span<const double> weights);
   bool eliminate(Component& of, double shift);
   void substitute(const Component& of, double* x) const;
   void multiply(const Component& of, const double* x, double* out) const;

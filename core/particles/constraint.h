@@ -47,6 +47,10 @@ class Constraint {
   // to 0. Long steps of flexible chains need them, see ImplicitDrift; all others may be left out.
   virtual void curvature(const ParticleView& /*view*/, double* /*pairs*/) const {}
 
+  // True if rows that share particles have orthogonal gradients, for equal masses, wherever all
+  // rows are obeyed: their multipliers are then independent of each other.
+  virtual bool orthogonal() const { return false; }
+
   // Its ties that may break; null: none does. Known before bind().
   virtual Breakable* breakable() { return nullptr; }
 

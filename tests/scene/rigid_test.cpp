@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/particles/constraints/constraint_system.h"
+#include "core/particles/rigid/rigid_rows.h"
 #include "core/session/checkpoint.h"
 #include "core/session/timeline.h"
 #include "core/study/energy_balance.h"
@@ -70,6 +71,43 @@ TEST_CASE("a free top turns as Jacobi's functions say", "[rigid]") {
   CHECK(order("verlet", 0.002) == Approx(2).margin(0.1));
   CHECK(order("yoshida4", 0.004) == Approx(4).margin(0.3));
   CHECK(order("implicit_midpoint", 0.004) == Approx(2).margin(0.2));
+}
+
+// The solver of constraints relies on it.
+TEST_CASE("the rows of a body are orthogonal wherever it is rigid", "[rigid]") {
+  TextRun scene(kFreeTop, "verlet", 0.01);
+  scene.run_to(0.37);
+  constexpr std::size_t kParticles = RigidBody::kParticles;
+  double numbers[6][kParticles];
+  for (std::size_t p = 0; p < kParticles; ++p)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      numbers[axis][p] = scene.system.position(static_cast<int>(p))[axis];
+      numbers[3 + axis][p] = scene.system.velocity(static_cast<int>(p))[axis];
+    }
+  const ParticleView view{.n = kParticles,
+                          .x = numbers[0],
+                          .y = numbers[1],
+                          .z = numbers[2],
+                          .vx = numbers[3],
+                          .vy = numbers[4],
+                          .vz = numbers[5]};
+  ThreadPool pool(1);
+  const RigidRows rows({scene.system.body(0)}, pool);
+  REQUIRE(rows.orthogonal());
+  constexpr std::size_t kRows = 6;
+  REQUIRE(rows.pattern().rows() == kRows);
+  double phi[kRows], drive[kRows], bias[kRows];
+  Vec3 gradient[kRows * kParticles];
+  rows.evaluate(view, {phi, gradient, drive, bias});
+  const auto product = [&](std::size_t a, std::size_t b) {
+    double sum = 0;
+    for (std::size_t p = 0; p < kParticles; ++p)
+      sum += gradient[kParticles * a + p].dot(gradient[kParticles * b + p]);
+    return sum;
+  };
+  for (std::size_t a = 0; a < kRows; ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      CHECK(std::fabs(product(a, b)) < 1e-13 * std::sqrt(product(a, a) * product(b, b)));
 }
 
 TEST_CASE("momentum of a free top stays to rounding, and verlet keeps its energy", "[rigid]") {

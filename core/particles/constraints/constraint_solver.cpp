@@ -33,7 +33,7 @@ ConstraintSolver::ConstraintSolver(const Constraints& constraints, ThreadPool* p
     : constraints_(&constraints),
       values_(constraints.rows()),
       other_(constraints.rows()),
-      matrix_(constraints.rows().pattern, constraints.weights()),
+      matrix_(constraints.rows().pattern, constraints.weights(), constraints.rows().orthogonal),
       lambda_(static_cast<std::size_t>(constraints.rows().rows())),
       rest_(lambda_.size()),
       trial_(3 * constraints.weights().size()),
@@ -175,7 +175,7 @@ bool ConstraintSolver::shake_positions(double t, double d, const ParticleView& l
   constexpr int kMost = 60, kFew = 12;
   failure_ = Failure::kNone;
   if (!evaluate(t, like, q, v, memory, values_)) return false;
-  if (!factorised) matrix_.factorise(values_.gradient(), weights);
+  if (!factorised) matrix_.factorise_obeyed(values_.gradient(), weights);
 
   // To second order phi(t + d) = d (J v + drive) + d^2/2 bias.
   values_.times(v.data(), rest_.data());
@@ -260,7 +260,7 @@ bool ConstraintSolver::rattle_velocities(double t, const ParticleView& like, con
                                          std::span<const double> weights) {
   failure_ = Failure::kNone;
   if (!evaluate(t, like, q, v, memory, values_)) return false;
-  matrix_.factorise(values_.gradient(), weights);
+  matrix_.factorise_obeyed(values_.gradient(), weights);
   return project_velocities(weights, values_, v, true);
 }
 

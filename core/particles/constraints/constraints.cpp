@@ -35,10 +35,12 @@ void Constraints::append_rows(RowList::Part& part) {
   part.row = all.rows(), part.entry = all.begin.back();
   for (std::size_t r = 1; r < own.begin.size(); ++r) all.begin.push_back(part.entry + own.begin[r]);
   all.ids.insert(all.ids.end(), own.ids.begin(), own.ids.end());
+  rows_.orthogonal.resize(static_cast<std::size_t>(all.rows()), part.constraint->orthogonal());
 }
 
 void Constraints::refresh() {
   rows_.pattern = {};
+  rows_.orthogonal.clear();
   for (RowList::Part& part : rows_.parts) append_rows(part);
   rows_.cuts = rows_.pattern.cuts();
 }

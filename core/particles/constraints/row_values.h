@@ -1,6 +1,7 @@
 // All equations of a system side by side, and their values at one state.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,7 +21,8 @@ struct RowList {
   };
   std::vector<Part> parts;
   RowPattern pattern;
-  std::vector<int> cuts;  // of the pattern
+  std::vector<int> cuts;                 // of the pattern
+  std::vector<std::uint8_t> orthogonal;  // rows of constraints that are
 
   int rows() const { return pattern.rows(); }
   const Part& part_of(int row) const;

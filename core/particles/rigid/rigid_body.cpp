@@ -46,6 +46,7 @@ RigidBody::RigidBody(std::shared_ptr<const RigidShape> shape, double mass, int f
       throw Error(ErrorKind::kScene,
                   {"rigid body", "", "its shape has no thickness in one direction",
                    "make it at least a millionth of its length thick"});
+  for (std::size_t k = 0; k < 3; ++k) share_[k] = 1 / (4 * extent_[k]);
 }
 
 double RigidBody::radius() const { return radius_about(*shape_, center_); }
@@ -89,9 +90,8 @@ Directors RigidBody::directors(const ParticleView& view, const Vec3& x0, const V
   for (int p = 0; p < kParticles; ++p) {
     const Vec3 x = view.position(first_ + p) - x0, v = view.velocity(first_ + p) - v0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double share = sign(p, k) / (4 * extent_[k]);
-      directors.d[k] += share * x;
-      directors.rate[k] += share * v;
+      directors.d[k] += sign(p, k) * share_[k] * x;
+      directors.rate[k] += sign(p, k) * share_[k] * v;
     }
   }
   return directors;

@@ -40,6 +40,7 @@ class RigidBody {
   double mass() const { return mass_; }
   const RigidShape& shape() const { return *shape_; }
   const Vec3& extent() const { return extent_; }  // m
+  const Vec3& share() const { return share_; }    // 1 / (4 extent), 1/m, of particles in directors
   const Vec3& center() const { return center_; }  // of mass, in the frame of the shape, m
   double radius() const;                          // m, of a ball about the center that holds it
   Vec3 moments() const;                           // of inertia, about the principal axes, kg m^2
@@ -67,7 +68,7 @@ class RigidBody {
   std::shared_ptr<const RigidShape> shape_;
   double mass_;
   int first_;
-  Vec3 center_, extent_;
+  Vec3 center_, extent_, share_;
   Mat3 principal_;  // columns, in the frame of the shape
 };
 

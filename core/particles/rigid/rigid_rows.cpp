@@ -30,9 +30,9 @@ void RigidRows::evaluate_some(const ParticleView& view, const Rows& rows, int be
       rows.phi[row] = scale * (d[k].dot(d[l]) - (k == l ? 1 : 0));
       rows.drive[row] = 0;
       rows.bias[row++] = 2 * scale * rate[k].dot(rate[l]);
+      const Vec3 by_k = body.share()[k] * d[l], by_l = body.share()[l] * d[k];
       for (int p = 0; p < RigidBody::kParticles; ++p)
-        *gradient++ = scale * (RigidBody::sign(p, k) / (4 * extent[k]) * d[l] +
-                               RigidBody::sign(p, l) / (4 * extent[l]) * d[k]);
+        *gradient++ = scale * (RigidBody::sign(p, k) * by_k + RigidBody::sign(p, l) * by_l);
     }
   }
 }

@@ -10,9 +10,8 @@
 
 namespace sim {
 
-// Six equations a body, for its axes d_k: unit lengths and right angles. Near a solution the
-// gradients of the six are nearly orthogonal, whatever the shape of the body, so that the matrix of
-// multipliers is nearly diagonal.
+// Six equations a body, for its axes d_k: unit lengths and right angles. Where they are obeyed, the
+// gradients of the six are orthogonal, whatever the shape of the body.
 class RigidRows final : public Constraint {
  public:
   // pool: its threads share the bodies.
@@ -21,6 +20,7 @@ class RigidRows final : public Constraint {
 
   RowPattern pattern() const override;
   void evaluate(const ParticleView& view, const Rows& rows) const override;
+  bool orthogonal() const override { return true; }
   std::string name(int row) const override { return "body " + std::to_string(row / kRows); }
 
  private:

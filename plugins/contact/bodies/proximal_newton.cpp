@@ -67,8 +67,11 @@ void ProximalNewton::add(const Point& point, const Vec3& impulse, std::span<doub
   for (const Side& side : point.side) {
     if (side.body < 0) continue;
     double* const at = &y[BlockLu::kSize * static_cast<std::size_t>(side.body)];
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t j = 0; j < BlockLu::kSize; ++j) at[j] += impulse[k] * side.row[k][j];
+    double sum[BlockLu::kSize];
+    for (std::size_t j = 0; j < BlockLu::kSize; ++j)
+      sum[j] = ((at[j] + impulse[0] * side.row[0][j]) + impulse[1] * side.row[1][j]) +
+               impulse[2] * side.row[2][j];
+    std::copy_n(sum, BlockLu::kSize, at);
   }
 }
 
@@ -166,12 +169,12 @@ void ProximalNewton::fill_matrix() {
         const Side& side = point.side[a];
         if (side.body < 0) continue;
         BlockLu::Block& block = matrix_.block(point.entry[2 * a + b]);
-        for (std::size_t i = 0; i < BlockLu::kSize; ++i)
+        for (std::size_t i = 0; i < BlockLu::kSize; ++i) {
+          const double n = side.row[0][i], u = side.row[1][i], v = side.row[2][i];
+          double* const to = &block[BlockLu::kSize * i];
           for (std::size_t j = 0; j < BlockLu::kSize; ++j)
-            block[BlockLu::kSize * i + j] =
-                ((block[BlockLu::kSize * i + j] + side.row[0][i] * product[0][j]) +
-                 side.row[1][i] * product[1][j]) +
-                side.row[2][i] * product[2][j];
+            to[j] = ((to[j] + n * product[0][j]) + u * product[1][j]) + v * product[2][j];
+        }
       }
     }
   }
