@@ -95,8 +95,8 @@ bool UnilateralRattle::find_impact(const SubstepStates& ends, int i, Collider& c
   const SurfaceSample end_touch = collider.query(ends.t + ends.r, end.position(i));
   impact.gap = end_touch.gap;
   impact.through = end_touch.gap > 0 || end_touch.normal.dot(impact.normal) < 0.5;
-  // Flights are followed until they last less than a small share of the substep; those that it does
-  // not end at may only leave the surface for the rest of it.
+  // Where the substep ends at it, it bounces unless the flight is a small share of the substep.
+  // Where the substep goes on, it leaves the surface only if the flight lasts to the end.
   const double e = collider.material().restitution_at(impact.closing),
                flight = 2 * e * impact.closing;
   impact.leaves = e > 0 && flight > (1 - impact.s) * impact.gained;

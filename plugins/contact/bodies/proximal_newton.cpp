@@ -67,7 +67,7 @@ void ProximalNewton::add(const Point& point, const Vec3& impulse, std::span<doub
   for (const Side& side : point.side) {
     if (side.body < 0) continue;
     double* const at = &y[BlockLu::kSize * static_cast<std::size_t>(side.body)];
-    double sum[BlockLu::kSize];
+    double sum[BlockLu::kSize];  // which overlaps nothing, so that this becomes vector code
     for (std::size_t j = 0; j < BlockLu::kSize; ++j)
       sum[j] = ((at[j] + impulse[0] * side.row[0][j]) + impulse[1] * side.row[1][j]) +
                impulse[2] * side.row[2][j];
