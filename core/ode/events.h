@@ -32,9 +32,9 @@ class Events {
   virtual void repeated() = 0;  // the step that just ended was taken before: it does not count
 };
 
-// Ends of steps at events in a row. Many of them are mostly a motion that comes to rest by ever
-// shorter bounces: after so many, one uncut step of some bounces settles it, and is too short to
-// lose others. If there is still no end, the rest up to the next state asked for is one step.
+// Ends of steps at events in a row; more than so many are not worth cutting, and the rest up to the
+// next state asked for is one step. Where they come ever faster, a motion comes to rest in contact:
+// one uncut step of some bounces settles it, and is too short to lose events of others.
 class EventSeries {
  public:
   static constexpr int kSettles = 32, kMost = 64;
@@ -44,27 +44,40 @@ class EventSeries {
   // How long the next step may be, s.
   double longest() const { return count_ == kSettles ? kBounces * last_ : HUGE_VAL; }
   // A step of this length, s, has ended, met: at an event.
-  void add(bool met, double length) {
-    count_ = !cuts() ? count_ + 1 : !met ? 0 : count_ > kMost ? 1 : count_ + 1;
-    last_ = length;
-  }
+  void add(bool met, double length);
 
-  static constexpr std::size_t kMemory = 2;
-  std::array<double, kMemory> memory() const { return {1.0 * count_, last_}; }
+  static constexpr std::size_t kMemory = 4;
+  std::array<double, kMemory> memory() const { return {1.0 * count_, last_, first_, recent_}; }
   static EventSeries recalled(const double* memory);  // a new one if that is not a memory
 
  private:
   static constexpr double kBounces = 10;
 
   int count_ = 0;
-  double last_ = 0;
+  double last_ = 0, first_ = 0, recent_ = 0;  // s, of steps: the last, means of some
 };
+
+inline void EventSeries::add(bool met, double length) {
+  constexpr int kFirst = 8;
+  constexpr double kShare = 0.25, kFaster = 0.35;  // of a step in the mean; of the first ones
+  if (!cuts()) {
+    ++count_;
+    last_ = length;
+    return;
+  }
+  if (!met || count_ > kMost) *this = {};
+  last_ = length;
+  if (!met) return;
+  if (++count_ <= kFirst) first_ += length / kFirst;
+  recent_ = count_ == 1 ? length : (1 - kShare) * recent_ + kShare * length;
+  if (count_ == kSettles && recent_ > kFaster * first_) count_ = kMost;
+}
 
 inline EventSeries EventSeries::recalled(const double* memory) {
   EventSeries series;
   if (!(memory[0] >= 0 && memory[0] <= kMost + 1 && memory[1] > 0)) return series;
   series.count_ = static_cast<int>(memory[0]);
-  series.last_ = memory[1];
+  series.last_ = memory[1], series.first_ = memory[2], series.recent_ = memory[3];
   return series;
 }
 

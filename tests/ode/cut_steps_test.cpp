@@ -152,42 +152,65 @@ TEST_CASE("a step without events stays whole, and one that ends in a jump begins
   CHECK(jump.noted->restarts[0] == std::array{1.5, 0.5, -6.0});
 }
 
-// 32 cuts, one step of ten times the last, 31 cuts, and the rest.
-TEST_CASE("many events in a row are settled in one short step, and then in a whole one") {
+TEST_CASE("so many events are cut in a step, the rest of it is whole") {
   std::vector<Planned::Event> many;
   for (int i = 1; i <= 80; ++i) many.push_back({1 + 0.01 * i, false});
   Cut cut(many);
   REQUIRE(cut.step(1, 1) == StepStatus::kDone);
-  REQUIRE(cut.events.ended.size() == EventSeries::kMost + 1);
-  const auto& settling = cut.events.ended[EventSeries::kSettles];
-  CHECK(settling.first == Approx(1.32).epsilon(1e-12));
-  CHECK(settling.second == Approx(0.1).epsilon(1e-9));
-  CHECK(cut.events.ended.back().first == Approx(1.42 + 0.31).epsilon(1e-12));
-  CHECK(cut.events.given_up == 2);
+  CHECK(cut.events.ended.size() == EventSeries::kSettles + 1);
+  CHECK(cut.events.ended.back().first == Approx(1 + 0.01 * EventSeries::kSettles).epsilon(1e-12));
+  CHECK(cut.events.given_up == 1);
   CHECK_FALSE(cut.events.all_cut);
 }
 
-TEST_CASE("a series of events is remembered, and starts anew after a step without one") {
-  EventSeries series;
-  for (int i = 0; i < EventSeries::kSettles; ++i) {
-    CHECK(series.cuts());
-    CHECK(series.longest() == HUGE_VAL);
-    series.add(true, 0.5);
+// Bounces, each 0.9 times as long as the one before, that go on as even ones: 32 cuts, one step of
+// ten times the last, 31 cuts, and the rest.
+TEST_CASE("events that come ever faster are settled in one short step, and then in a whole one") {
+  std::vector<Planned::Event> bounces;
+  double t = 1, length = 0.09, last = 0;
+  while (bounces.size() < 200) {
+    length = bounces.size() < EventSeries::kSettles ? 0.9 * length : 5e-4;
+    bounces.push_back({t += length, false});
+    if (bounces.size() == EventSeries::kSettles) last = length;
   }
-  series = EventSeries::recalled(series.memory().data());
-  CHECK_FALSE(series.cuts());
+  Cut cut(bounces);
+  REQUIRE(cut.step(1, 1) == StepStatus::kDone);
+  REQUIRE(cut.events.ended.size() == EventSeries::kMost + 1);
+  const auto& settling = cut.events.ended[EventSeries::kSettles];
+  CHECK(settling.first == Approx(bounces[EventSeries::kSettles - 1].t).epsilon(1e-12));
+  CHECK(settling.second == Approx(10 * last).epsilon(1e-6));
+  CHECK(cut.events.given_up == 2);
+}
+
+TEST_CASE("a series of events is remembered, and starts anew after a step without one") {
+  const auto settled = [] {
+    EventSeries series;
+    for (double length = 1; series.cuts(); length *= 0.9) {
+      CHECK(series.longest() == HUGE_VAL);
+      series = EventSeries::recalled(series.memory().data());
+      series.add(true, length);
+    }
+    return series;
+  };
+  EventSeries series = settled();
   CHECK(series.has_cut());
-  CHECK(series.longest() == 5);
-  series.add(false, 5);
+  CHECK(series.longest() == Approx(10 * std::pow(0.9, EventSeries::kSettles - 1)));
+  series.add(false, series.longest());
   CHECK(series.cuts());
   CHECK_FALSE(series.has_cut());
   series.add(false, 1);
-  for (int i = 0; i < EventSeries::kSettles; ++i) {
-    CHECK(series.cuts());
-    series.add(true, 0.5);
-  }
-  CHECK_FALSE(series.cuts());
-  const double nonsense[] = {-3, 0.5};
+  CHECK(series.memory()[0] == 0);
+  CHECK(settled().memory() == settled().memory());
+
+  EventSeries even;
+  for (int i = 0; i < EventSeries::kSettles; ++i) even.add(true, 0.5);
+  CHECK_FALSE(even.cuts());
+  CHECK(even.longest() == HUGE_VAL);
+  even.add(false, 7);
+  CHECK_FALSE(even.has_cut());
+  even.add(true, 0.5);
+  CHECK(even.memory()[0] == 1);
+  const double nonsense[EventSeries::kMemory] = {-3, 0.5, 0, 0};
   CHECK(EventSeries::recalled(nonsense).memory()[0] == 0);
 }
 
