@@ -222,9 +222,13 @@ void RowMatrix::factorise(std::span<const Vec3> gradient, std::span<const double
 
 void RowMatrix::factorise_obeyed(std::span<const Vec3> gradient, std::span<const double> weights) {
   for_each([&](Component& of) {
-    of.diagonal = of.orthogonal && fill_diagonal(of, gradient, weights);
-    if (!of.diagonal) factorise(of, gradient, weights, 0);
-    if (of.diagonal) of.dependent = 0, of.first_dependent = -1;
+    if (!of.orthogonal || !fill_diagonal(of, gradient, weights)) {
+      factorise(of, gradient, weights, 0);
+      return;
+    }
+    of.diagonal = true;
+    of.dependent = 0;
+    of.first_dependent = -1;
   });
 }
 

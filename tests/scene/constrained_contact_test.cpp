@@ -331,7 +331,7 @@ TEST_CASE("rods that land at several moments of one step bounce as single partic
   }
 }
 
-// It bounces as a ball does, and rests after 4.06 s.
+// The rod bounces as a ball does, and rests after 4.06 s.
 TEST_CASE("a rod that falls flat bounces in steps of any length, until it rests",
           "[scene][constraints]") {
   const std::string text =

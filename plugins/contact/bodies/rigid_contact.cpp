@@ -39,7 +39,7 @@ Mat3 turned_over(const Mat3& axes, const Vec3& w) {
 
 }  // namespace
 
-// It leaves for longer than forces take to bring it back soon, or, among many, within the step.
+// A point bounces if forces do not bring it back soon or, among many points, within the step.
 bool RigidContact::bounces(const ContactPoint& m) const {
   const double most = std::min(m.after, shortest_);
   return m.restitution > 0 && m.before * m.after < -2 * std::fabs(m.given) * most;

@@ -47,24 +47,24 @@ double AdaptiveImplicit::try_step(OdeSystem& system, StepStatus& status) {
 StepStatus AdaptiveImplicit::end_at_event(OdeSystem& system) {
   const bool cut = series_.cuts();
   if (!cut) events_->gave_up();
-  if (const double most = series_.longest(); h_ > most) {
-    h_ = most;
+  const auto shorten = [&](double h) {
+    h_ = h;
     StepStatus status = StepStatus::kDone;
     try_step(system, status);
-    if (status != StepStatus::kDone) return status;
-    system.project(t_ + h_, y_.data());
-  }
+    if (status == StepStatus::kDone) system.project(t_ + h_, y_.data());
+    return status;
+  };
+  StepStatus status = StepStatus::kDone;
+  if (h_ > series_.longest()) status = shorten(series_.longest());
   bool met = false;
   for (int n = 0; cut && n < Events::kTries; ++n) {
     const double s = events_->first(t_, h_, x_.data(), y_.data());
     if (!(s < 1)) break;
-    h_ *= s;
     met = true;
-    StepStatus status = StepStatus::kDone;
-    try_step(system, status);
-    if (status != StepStatus::kDone) return status;
-    system.project(t_ + h_, y_.data());
+    status = shorten(s * h_);
+    if (status != StepStatus::kDone) break;
   }
+  if (status != StepStatus::kDone) return status;
   series_.add(met, h_);
   if (met) controller_.state.h = std::min(controller_.state.h, Events::kLonger * h_);
   using Outcome = Events::Outcome;
