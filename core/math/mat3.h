@@ -15,6 +15,7 @@ class Mat3 {
   }
   // By rows.
   constexpr Mat3(const Vec3& a, const Vec3& b, const Vec3& c) : rows_{a, b, c} {}
+  constexpr const Vec3& row(std::size_t k) const { return rows_[k]; }
   constexpr Vec3 column(std::size_t k) const { return {rows_[0][k], rows_[1][k], rows_[2][k]}; }
 
   constexpr double operator()(std::size_t row, std::size_t column) const {

@@ -232,7 +232,7 @@ bool Hold::slides() {
 
 // The slip ends within the step; then the particle sticks, or slips in the direction of the drive.
 void Hold::come_to_rest() {
-  const double constraint_system = surface_.friction * pressure_;
+  const double static_limit = surface_.friction * pressure_;
   double braking = friction_ * pressure_;
   Vec3 path{0, 0, 0}, slip{0, 0, 0}, against{0, 0, 0};
   double after = rest_;
@@ -242,10 +242,10 @@ void Hold::come_to_rest() {
     after -= time;
   }
   const double drive = drive_.norm();
-  const bool goes_on = drive > constraint_system;
+  const bool goes_on = drive > static_limit;
   if (goes_on) {
     // The friction coefficient is that of half the slip speed at the end of the step.
-    const double speed = 0.5 * after * (drive - constraint_system) / h_;
+    const double speed = 0.5 * after * (drive - static_limit) / h_;
     braking = std::min(drive, surface_.friction_at(speed) * pressure_);
     slip = (1 - braking / drive) * after * drive_;
     path += 0.5 * after * slip;

@@ -8,14 +8,17 @@
 namespace sim {
 namespace {
 
+constexpr double kParallelEdges = 1e-3;  // sine of edges whose product is no axis
+constexpr double kPreferFaces = 1e-7;    // of the size: faces before edges
+// The same, faces of the first before those of the second. Boxes that lie on each other turn by
+// a few tolerances in each step, which would give their contact points other names.
+constexpr double kPreferFirst = 3e-5;
+constexpr double kMeet = 1e-3;    // of the size: parallel edges that are at one place
+constexpr double kOnEdge = 1e-7;  // a corner above an edge is above the face
+
 struct TurnedBox {
   explicit TurnedBox(const Placed& placed) : center(placed.center), half(placed.shape->half) {
     for (std::size_t k = 0; k < 3; ++k) axis[k] = placed.axes.column(k);
-  }
-  double reach(const Vec3& n) const {
-    double sum = 0;
-    for (std::size_t k = 0; k < 3; ++k) sum += half[k] * std::fabs(n.dot(axis[k]));
-    return sum;
   }
   // The support point: the corner farthest along n.
   Vec3 support(const Vec3& n) const {
@@ -27,7 +30,84 @@ struct TurnedBox {
   Vec3 center, half, axis[3];
 };
 
-constexpr double kOnEdge = 1e-7;  // a corner above an edge is above the face
+// The axis n of largest separation of two boxes, from b to a: a normal of a face, or the product of
+// an edge of each (Gottschalk, Lin & Manocha (1996), OBBTree, section 5). The separation is that of
+// the centers along n less the reaches of both boxes, all from the cosines between their axes.
+struct SeparatingAxis {
+  enum Kind { kFaceOfFirst, kFaceOfSecond, kEdges };
+
+  // size: of the boxes, m. Looks no further once boxes are farther apart than the margin.
+  SeparatingAxis(const TurnedBox& a, const TurnedBox& b, double size, double margin);
+
+  // The sine of the angle between the edges i of a and j of b.
+  double sine(std::size_t i, std::size_t j) const {
+    const double p = cosine(next(i), j), q = cosine(next(next(i)), j);
+    return std::sqrt(p * p + q * q);
+  }
+
+  double gap = -HUGE_VAL;  // m
+  Vec3 n;
+  Kind kind = kFaceOfFirst;
+  std::size_t i = 0, j = 0;  // the axis of a face; or the edges of a and b
+  Mat3 cosine;               // between axes of a and b
+
+ private:
+  static std::size_t next(std::size_t k) { return (k + 1) % 3; }
+};
+
+SeparatingAxis::SeparatingAxis(const TurnedBox& a, const TurnedBox& b, double size, double margin) {
+  const Vec3 d = a.center - b.center;
+  Vec3 along_a, along_b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    along_a[k] = a.axis[k].dot(d), along_b[k] = b.axis[k].dot(d);
+    for (std::size_t l = 0; l < 3; ++l) cosine(k, l) = a.axis[k].dot(b.axis[l]);
+  }
+  Mat3 size_of;  // of cosines
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t l = 0; l < 3; ++l) size_of(k, l) = std::fabs(cosine(k, l));
+
+  const auto take = [&](double separation, double along, const Vec3& axis, Kind of, std::size_t k,
+                        std::size_t l) {
+    gap = separation, n = along < 0 ? Vec3(-axis) : axis, kind = of, i = k, j = l;
+  };
+  const auto apart = [&](double separation) {
+    if (separation <= margin) return false;
+    gap = separation;
+    return true;
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double reach = a.half[k] + b.half.dot(Vec3(size_of(k, 0), size_of(k, 1), size_of(k, 2)));
+    const double separation = std::fabs(along_a[k]) - reach;
+    if (separation > gap) take(separation, along_a[k], a.axis[k], kFaceOfFirst, k, 0);
+    if (apart(separation)) return;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double reach = b.half[k] + a.half.dot(size_of.column(k));
+    const double separation = std::fabs(along_b[k]) - reach;
+    if (separation > gap + kPreferFirst * size)
+      take(separation, along_b[k], b.axis[k], kFaceOfSecond, k, 0);
+    if (apart(separation)) return;
+  }
+  const Vec3 face = n;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t l = 0; l < 3; ++l) {
+      const double length = sine(k, l);
+      if (!(length > kParallelEdges)) continue;
+      // The product of the edges is (-q, p) in the plane of a's other axes.
+      const std::size_t k1 = next(k), k2 = next(k1), l1 = next(l), l2 = next(l1);
+      const double p = cosine(k1, l), q = cosine(k2, l);
+      const double along = along_a[k2] * p - along_a[k1] * q;
+      const double reach = a.half[k1] * size_of(k2, l) + a.half[k2] * size_of(k1, l) +
+                           b.half[l1] * size_of(k, l2) + b.half[l2] * size_of(k, l1);
+      const double separation = (std::fabs(along) - reach) / length;
+      if (separation > gap + kPreferFaces * size) {
+        const Vec3 axis = (p / length) * a.axis[k2] - (q / length) * a.axis[k1];
+        if (!(std::fabs(axis.dot(face)) > kNearlyParallel))
+          take(separation, along, axis, kEdges, k, l);
+      }
+      if (apart(separation)) return;
+    }
+}
 
 // The incident face of `other`, most opposed to n, clipped to the sides of the reference face of
 // `own` along axis k with normal n.
@@ -40,7 +120,7 @@ void add_face(const TurnedBox& own, std::size_t k, const Vec3& n, const TurnedBo
   const std::size_t p = (most + 1) % 3, q = (most + 2) % 3;
   const Vec3 middle = other.center + other.half[most] * face, u = other.half[p] * other.axis[p],
              v = other.half[q] * other.axis[q];
-  ClippedPolygon<16> polygon;
+  ClippedPolygon<8> polygon;
   polygon.add(middle - u - v, 0);
   polygon.add(middle + u - v, 1);
   polygon.add(middle + u + v, 2);
@@ -92,13 +172,16 @@ bool add_parallel_edges(const TurnedBox& a, std::size_t i, const TurnedBox& b, s
     Vec3 middle, face[2];
   };
   const Vec3 &u = a.axis[i], v = std::copysign(1.0, u.dot(b.axis[j])) * b.axis[j];
+  const Edge of_a[] = {{a, i, 0}, {a, i, 1}, {a, i, 2}, {a, i, 3}},
+             of_b[] = {{b, j, 0}, {b, j, 1}, {b, j, 2}, {b, j, 3}};
   for (int k = 0; k < 16; ++k) {
-    const Edge one(a, i, k / 4), two(b, j, k % 4);
-    const Vec3 d = one.middle - two.middle,
-               n = two.face[0] + two.face[1] - one.face[0] - one.face[1];
-    const double along = u.dot(d), size = n.norm();
-    if ((d - along * u).norm() > near || !(size > 1)) continue;
-    bool meets = true;
+    const Edge &one = of_a[k / 4], &two = of_b[k % 4];
+    const Vec3 d = one.middle - two.middle;
+    const double along = u.dot(d);
+    if ((d - along * u).squaredNorm() > near * near) continue;
+    const Vec3 n = two.face[0] + two.face[1] - one.face[0] - one.face[1];
+    const double size = n.norm();
+    bool meets = size > 1;
     for (const Vec3& f : one.face)
       for (const Vec3& g : two.face)
         meets = meets && f.dot(g) > -kNearlyParallel && n.dot(f) < 0 && n.dot(g) > 0;
@@ -120,58 +203,23 @@ bool add_parallel_edges(const TurnedBox& a, std::size_t i, const TurnedBox& b, s
 
 void collide_boxes(const Placed& first, const Placed& second, double margin,
                    std::vector<ManifoldPoint>& out) {
-  constexpr double kParallel = 1e-3;  // sine of edges whose product is no axis
-  constexpr double kPrefer = 1e-7;    // of the size: faces before edges
-  // The same, faces of the first before those of the second. Boxes that lie on each other turn by
-  // a few tolerances in each step, which would give their contact points other names.
-  constexpr double kPreferFirst = 3e-5;
-  constexpr double kMeet = 1e-3;  // of the size: parallel edges that are at one place
   const TurnedBox a(first), b(second);
-  const Vec3 d = a.center - b.center;
-  const double size = a.half.maxCoeff() + b.half.maxCoeff(),
-               prefers[] = {0, kPreferFirst * size, kPrefer * size};
+  const double size = a.half.maxCoeff() + b.half.maxCoeff(), near = kMeet * size;
+  const SeparatingAxis best(a, b, size, margin);
+  if (!(best.gap <= margin)) return;
 
-  // The axis n of largest separation, which points from b to a.
-  struct Best {
-    double gap = -HUGE_VAL;
-    Vec3 n;
-    int kind = 0;  // 0: a face of a, 1: of b, 2: edges
-    std::size_t i = 0, j = 0;
-  } best;
-  Vec3 face;  // the best axis of faces
-  const auto look = [&](const Vec3& axis, int kind, std::size_t i, std::size_t j) {
-    const double along = axis.dot(d);
-    const double gap = std::fabs(along) - a.reach(axis) - b.reach(axis);
-    const bool nearly_face = kind == 2 && std::fabs(axis.dot(face)) > kNearlyParallel;
-    if (gap > best.gap + prefers[kind] && !nearly_face)
-      best = {gap, along < 0 ? Vec3(-axis) : axis, kind, i, j};
-    return gap <= margin;
-  };
-  for (std::size_t k = 0; k < 3; ++k)
-    if (!look(a.axis[k], 0, k, 0)) return;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (!look(b.axis[k], 1, k, 0)) return;
-  face = best.n;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) {
-      const Vec3 product = a.axis[i].cross(b.axis[j]);
-      const double length = product.norm();
-      if (length > kParallel && !look(product / length, 2, i, j)) return;
-    }
-
-  const double near = kMeet * size;
-  if (best.kind < 2 && best.gap > -near)
+  if (best.kind != SeparatingAxis::kEdges && best.gap > -near)
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j)
-        if (a.axis[i].cross(b.axis[j]).norm() <= kParallel &&
+        if (best.sine(i, j) <= kParallelEdges &&
             add_parallel_edges(a, i, b, j, near, margin, 1000 * (30 + static_cast<int>(3 * i + j)),
                                out))
           return;
 
   const int base = 1000 * (10 * best.kind + static_cast<int>(3 * best.i + best.j));
-  if (best.kind == 0)
+  if (best.kind == SeparatingAxis::kFaceOfFirst)
     add_face(a, best.i, -best.n, b, margin, -1, base, out);
-  else if (best.kind == 1)
+  else if (best.kind == SeparatingAxis::kFaceOfSecond)
     add_face(b, best.i, best.n, a, margin, 1, base, out);
   else
     add_edges(a, b, best.n, best.i, best.j, best.gap, base, out);

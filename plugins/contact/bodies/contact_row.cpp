@@ -10,70 +10,73 @@ ContactRow::ContactRow(std::span<const SolverBody> bodies, const ContactPoint& o
     : first(of.first),
       second(of.second),
       contact(index),
+      frame(of.normal, of.u, of.v),
+      arm{of.arm1, of.arm2},
       friction(of.friction),
-      offset(of.offset),
       impulse(of.normal_impulse, of.tangent_impulse[0], of.tangent_impulse[1]) {
-  const Vec3 directions[3] = {of.normal, of.u, of.v};
-  for (std::size_t k = 0; k < 3; ++k) {
-    Direction& d = direction[k];
-    d.along = directions[k];
-    const auto turn = [&](std::size_t side, int index_of_body, const Vec3& arm) {
-      const SolverBody& body = bodies[static_cast<std::size_t>(index_of_body)];
-      inverse_mass[side] = body.inverse_mass;
-      d.moment[side] = arm.cross(d.along);
-      d.turn[side] = body.inverse_inertia * d.moment[side];
-    };
-    turn(0, of.first, of.arm1);
-    if (of.second >= 0)
-      turn(1, of.second, of.arm2);
-    else
-      d.ground = d.along.dot(of.ground);
-  }
+  // W = sum of D (1/m + [arm]^T I^-1 [arm]) D^T over the bodies, with the frame D.
   Mat3 response;
-  for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t l = k; l < 3; ++l) {
-      const Direction &a = direction[k], &b = direction[l];
-      response(k, l) = response(l, k) = (k == l ? inverse_mass[0] + inverse_mass[1] : 0) +
-                                        a.moment[0].dot(b.turn[0]) + a.moment[1].dot(b.turn[1]);
+  const auto add = [&](std::size_t side, int index_of_body) {
+    const SolverBody& body = bodies[static_cast<std::size_t>(index_of_body)];
+    inverse_mass[side] = body.inverse_mass;
+    Vec3 moment[3], turn[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      moment[k] = arm[side].cross(frame.row(k));
+      turn[k] = body.inverse_inertia * moment[k];
     }
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t l = k; l < 3; ++l)
+        response(k, l) += (k == l ? body.inverse_mass : 0) + moment[k].dot(turn[l]);
+  };
+  add(0, first);
+  if (second >= 0)
+    add(1, second);
+  else
+    offset = -(frame * of.ground);
+  offset[0] += of.offset;
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t l = 0; l < k; ++l) response(k, l) = response(l, k);
+    scale[k] = std::sqrt(response(k, k));
+  }
   point = PointResponse::of(response);
-  for (std::size_t k = 0; k < 3; ++k) scale[k] = std::sqrt(response(k, k));
 }
 
-// The relative velocity d.(v1 - v2) + (arm1 x d).w1 - (arm2 x d).w2 in each direction.
 Vec3 ContactRow::velocity(std::span<const SolverBody> bodies) const {
-  const SolverBody& a = bodies[static_cast<std::size_t>(first)];
-  Vec3 w;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Direction& d = direction[k];
-    w[k] = d.along.dot(a.velocity) + d.moment[0].dot(a.angular_velocity) - d.ground;
-  }
-  if (second >= 0) {
-    const SolverBody& b = bodies[static_cast<std::size_t>(second)];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Direction& d = direction[k];
-      w[k] -= d.along.dot(b.velocity) + d.moment[1].dot(b.angular_velocity);
-    }
-  }
-  return w + Vec3(offset, 0, 0);
+  const auto of = [&](std::size_t side, int body) {
+    const SolverBody& at = bodies[static_cast<std::size_t>(body)];
+    return Vec3(at.velocity + at.angular_velocity.cross(arm[side]));
+  };
+  Vec3 w = of(0, first);
+  if (second >= 0) w -= of(1, second);
+  return frame * w + offset;
+}
+
+// Calls change(body, velocity, angular velocity) with what an impulse changes these by.
+template <class Change>
+void ContactRow::each_side(std::span<SolverBody> bodies, const Vec3& added,
+                           const Change& change) const {
+  const Vec3 p = added[0] * frame.row(0) + added[1] * frame.row(1) + added[2] * frame.row(2);
+  const auto act = [&](std::size_t side, int body, const Vec3& impulse_of) {
+    if (!(inverse_mass[side] > 0)) return;  // it may belong to other islands, too
+    SolverBody& of = bodies[static_cast<std::size_t>(body)];
+    change(of, inverse_mass[side] * impulse_of, of.inverse_inertia * arm[side].cross(impulse_of));
+  };
+  act(0, first, p);
+  act(1, second, -p);
 }
 
 void ContactRow::apply(std::span<SolverBody> bodies, const Vec3& added) const {
-  const Direction* const d = direction;
-  const Vec3 whole = added[0] * d[0].along + added[1] * d[1].along + added[2] * d[2].along;
-  const auto turn = [&](std::size_t side) {
-    return added[0] * d[0].turn[side] + added[1] * d[1].turn[side] + added[2] * d[2].turn[side];
-  };
-  if (inverse_mass[0] > 0) {
-    SolverBody& a = bodies[static_cast<std::size_t>(first)];
-    a.velocity += inverse_mass[0] * whole;
-    a.angular_velocity += turn(0);
-  }
-  if (inverse_mass[1] > 0) {
-    SolverBody& b = bodies[static_cast<std::size_t>(second)];
-    b.velocity -= inverse_mass[1] * whole;
-    b.angular_velocity -= turn(1);
-  }
+  each_side(bodies, added, [](SolverBody& body, const Vec3& velocity, const Vec3& turn) {
+    body.velocity += velocity;
+    body.angular_velocity += turn;
+  });
+}
+
+void ContactRow::move(std::span<SolverBody> bodies, const Vec3& added, double duration) const {
+  each_side(bodies, added, [&](SolverBody& body, const Vec3& velocity, const Vec3& turn) {
+    body.translation += duration * velocity;
+    body.rotation += duration * turn;
+  });
 }
 
 double ContactRow::residual(const Vec3& w, const Vec3& p) const {

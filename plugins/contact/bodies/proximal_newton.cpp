@@ -98,9 +98,9 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, std::span<const Co
       side.body = local_[static_cast<std::size_t>(body)];
       const double sign = s == 0 ? 1 : -1, root = sign * std::sqrt(row.inverse_mass[s]);
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3 along = root * row.direction[k].along;
-        const Vec3 turn =
-            sign * (root_[static_cast<std::size_t>(side.body)] * row.direction[k].moment[s]);
+        const Vec3 along = root * row.frame.row(k);
+        const Vec3 turn = sign * (root_[static_cast<std::size_t>(side.body)] *
+                                  row.arm[s].cross(row.frame.row(k)));
         for (std::size_t j = 0; j < 3; ++j) side.row[k][j] = along[j], side.row[k][3 + j] = turn[j];
       }
     }

@@ -198,18 +198,7 @@ void RestingSolver::store(Bodies bodies, const Island& island,
     ContactPoint& m = contacts[row.contact];
     const Vec3 added =
         row.impulse - Vec3(m.normal_impulse, m.tangent_impulse[0], m.tangent_impulse[1]);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double moved = m.duration * added[k];
-      const auto move = [&](int body, std::size_t side, double sign) {
-        if (row.inverse_mass[side] == 0) return;  // it may belong to other islands, too
-        SolverBody& of = bodies[static_cast<std::size_t>(body)];
-        of.translation += sign * moved * row.inverse_mass[side] * row.direction[k].along;
-        of.rotation += sign * moved * row.direction[k].turn[side];
-      };
-      if (moved == 0) continue;
-      move(row.first, 0, 1);
-      if (row.second >= 0) move(row.second, 1, -1);
-    }
+    if (added != Vec3()) row.move(bodies, added, m.duration);
     m.normal_impulse = row.impulse[0];
     m.tangent_impulse[0] = row.impulse[1], m.tangent_impulse[1] = row.impulse[2];
   }
