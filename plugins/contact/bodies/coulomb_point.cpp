@@ -12,15 +12,6 @@ constexpr double kJammed = 1e-3;      // of W_nn: the least response under frict
 constexpr double kDirection = 1e-8;   // of a radian: its square is rounding
 constexpr double kLongestTurn = 0.7;  // of tan(angle / 2)
 
-// One step of the projection whose fixed point is the solution (Alart & Curnier (1991)).
-Vec3 projected(const PointResponse& of, double friction, const Vec3& w, const Vec3& p) {
-  const double step = 1 / (of.response(0, 0) + of.response(1, 1) + of.response(2, 2));
-  const double push = std::max(0.0, p[0] - step * w[0]), most = friction * push;
-  const double u = p[1] - step * w[1], v = p[2] - step * w[2], size = std::sqrt(u * u + v * v);
-  const double share = size > most ? most / size : 1;
-  return {push, share * u, share * v};
-}
-
 // A slipping point with friction along (c, s): p_n from w_n = 0, and the slip.
 struct Slip {
   double softness = 0, push = 0, along = 0, across = 0;  // 1/kg, N s, and of w_t, m/s
@@ -120,6 +111,25 @@ class SlipDirection {
 
 }  // namespace
 
+Vec3 within_coulomb(const Vec3& a, double friction, Mat3* slope) {
+  if (slope) *slope = {};
+  if (!(a[0] > 0)) return {};
+  if (slope) (*slope)(0, 0) = 1;
+  if (!(friction > 0)) return {a[0], 0, 0};
+  const double size = std::sqrt(a[1] * a[1] + a[2] * a[2]), most = friction * a[0];
+  if (size <= most) {
+    if (slope) *slope = Mat3::Identity();
+    return a;
+  }
+  const double c = a[1] / size, s = a[2] / size, share = most / size;
+  if (slope) {
+    (*slope)(1, 0) = friction * c, (*slope)(2, 0) = friction * s;
+    (*slope)(1, 1) = share * s * s, (*slope)(2, 2) = share * c * c;
+    (*slope)(1, 2) = (*slope)(2, 1) = -share * c * s;
+  }
+  return {a[0], most * c, most * s};
+}
+
 Mat3 cholesky_root(const Mat3& m) {
   Mat3 root;
   for (std::size_t j = 0; j < 3; ++j)
@@ -162,7 +172,8 @@ Vec3 coulomb_impulse(const PointResponse& of, double friction, const Vec3& w, co
   if (slipped && (free[1] != 0 || free[2] != 0) && direction.find_near(-free[1], -free[2]))
     return direction.impulse();
   if (direction.find_anywhere()) return direction.impulse();
-  return projected(of, friction, w, p);
+  const double step = 1 / (W(0, 0) + W(1, 1) + W(2, 2));
+  return within_coulomb(p - step * w, friction);
 }
 
 }  // namespace sim

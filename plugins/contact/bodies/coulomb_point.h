@@ -14,6 +14,11 @@ struct PointResponse {
   static PointResponse of(const Mat3& response);
 };
 
+// P(a), whose fixed point P(p - s w) = p is the solution for any s > 0 (Alart & Curnier (1991)):
+// the normal part max(0, a_n), and the tangential one within the friction that this allows. slope:
+// its derivative.
+Vec3 within_coulomb(const Vec3& a, double friction, Mat3* slope = nullptr);
+
 // The impulse p, N s, with which this point alone obeys Signorini's and Coulomb's laws: p = 0 and
 // w_n >= 0; or w = 0 and |p_t| <= friction p_n; or w_n = 0, w_t != 0 and p_t = -friction p_n w_t /
 // |w_t|. On entry it has the impulse `p` and the velocity w, m/s. Exact to rounding, for a slipping

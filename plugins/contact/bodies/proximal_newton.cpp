@@ -20,26 +20,6 @@ constexpr double kImpulseRounding = 3e-16;  // of |y|, times the weight of s
 constexpr std::size_t kMostProducts = 8'000'000;  // of blocks, by all factors
 constexpr std::size_t kFewFactors = 60;           // fewer hardly solve anything
 
-// The friction of a point: P(a), and its derivative.
-Vec3 within_law(const Vec3& a, double friction, Mat3* slope) {
-  if (slope) *slope = {};
-  if (!(a[0] > 0)) return {};
-  if (slope) (*slope)(0, 0) = 1;
-  if (!(friction > 0)) return {a[0], 0, 0};
-  const double size = std::sqrt(a[1] * a[1] + a[2] * a[2]), most = friction * a[0];
-  if (size <= most) {
-    if (slope) *slope = Mat3::Identity();
-    return a;
-  }
-  const double c = a[1] / size, s = a[2] / size, share = most / size;
-  if (slope) {
-    (*slope)(1, 0) = friction * c, (*slope)(2, 0) = friction * s;
-    (*slope)(1, 1) = share * s * s, (*slope)(2, 2) = share * c * c;
-    (*slope)(1, 2) = (*slope)(2, 1) = -share * c * s;
-  }
-  return {a[0], most * c, most * s};
-}
-
 double norm(std::span<const double> x) {
   double sum = 0;
   for (const double each : x) sum += each * each;
@@ -134,7 +114,7 @@ double ProximalNewton::evaluate(std::span<const double> y, std::span<double> res
     Point& point = points_[r];
     const Vec3 w = velocity(point, y);
     point.step_to = point.impulse - weight_ * point.step * w;
-    point.tried = within_law(point.step_to, rows_[r].friction, nullptr);
+    point.tried = within_coulomb(point.step_to, rows_[r].friction);
     add(point, point.tried, rest);
     moved += (point.tried - point.impulse).squaredNorm() / point.step;
   }
@@ -155,7 +135,7 @@ void ProximalNewton::fill_matrix() {
     if (point.tried == Vec3()) continue;
     const double s = weight_ * point.step;
     Mat3 slope;
-    within_law(point.step_to, rows_[r].friction, &slope);
+    within_coulomb(point.step_to, rows_[r].friction, &slope);
     for (std::size_t b = 0; b < 2; ++b) {
       const Side& with = point.side[b];
       if (with.body < 0) continue;

@@ -72,6 +72,27 @@ TEST_CASE("the impulse of one point obeys Signorini's and Coulomb's laws to roun
   CHECK(slipped > 1000);
 }
 
+TEST_CASE("the projection onto Coulomb's law is the nearest friction, and its slope its derivative",
+          "[rigid]") {
+  constexpr double kFriction = 0.4, kStep = 1e-6;
+  const Vec3 sticks(2, 0.5, -0.3), slips(2, 3, -4), parts(-1, 2, 2);
+  CHECK(within_coulomb(sticks, kFriction) == sticks);
+  CHECK(within_coulomb(parts, kFriction) == Vec3());
+  CHECK((within_coulomb(slips, kFriction) - Vec3(2, 0.48, -0.64)).norm() < 1e-15);
+  CHECK(within_coulomb(slips, 0) == Vec3(2, 0, 0));
+  for (const double friction : {0.0, kFriction})
+    for (const Vec3& a : {sticks, slips, parts}) {
+      Mat3 slope;
+      within_coulomb(a, friction, &slope);
+      for (std::size_t k = 0; k < 3; ++k) {
+        Vec3 step;
+        step[k] = kStep;
+        const Vec3 change = within_coulomb(a + step, friction) - within_coulomb(a - step, friction);
+        CHECK((change / (2 * kStep) - slope.column(k)).norm() < 1e-9);
+      }
+    }
+}
+
 TEST_CASE("mixing finds the fixed point of a linear iteration in few steps", "[rigid]") {
   // x -> x + 0.1 (b - A x), tridiagonal and not symmetric: alone it takes hundreds.
   constexpr int kN = 6;
