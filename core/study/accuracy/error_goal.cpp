@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/math/elementary.h"
+#include "core/study/accuracy/checked_run.h"
 #include "core/study/accuracy/mending.h"
 #include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/required_error.h"
@@ -75,7 +76,6 @@ class Chooser {
     return may_miss_pulse(chosen) && !may_miss_pulse(check);
   }
   MethodTrials* choose_checked();
-  double kept_until(const ErrorCourse& course, double allowed) const;
   double predicted_fineness(const MethodTrials& chosen) const;
   double own_fineness(const MethodTrials& own) const;
   bool is_far_dearer_than_own(double cost);
@@ -85,8 +85,16 @@ class Chooser {
     double most_cost = HUGE_VAL;  // of a run, evaluations
     bool from_scene = false;
   };
+  // True if the goal asks for its steps.
+  bool is_fixed(const Candidate& method) const {
+    return goal_.dt > 0 && !Refinement(method).by_tolerance();
+  }
   void run_whole(MethodTrials& chosen, const Beginning& beginning);
-  double horizon_by_neighbour(const Candidate& method, const TrialRun& run, const SeenRun& own);
+  bool check(const MethodTrials& chosen, double cost, double falls, CheckedRun& checked);
+  bool check_between(CheckedRun& checked);
+  void hear_others(const MethodTrials& chosen, CheckedRun& checked) const;
+  void keep(CheckedRun&& checked, bool from_scene);
+  void tell_best();
   std::string own_name() const {
     return problem_.registry->get<Integrator>(problem_.integrator().name).name;
   }
@@ -115,6 +123,7 @@ class Chooser {
   double pulse_ = HUGE_VAL;  // s, the shortest
   bool corrected_ = false, told_ = false;
   std::vector<MethodTrials> trials_;
+  std::optional<CheckedRun> best_;
   GoalChoice result_;
 };
 
@@ -406,28 +415,6 @@ MethodTrials* Chooser::choose_checked() {
   return chosen;
 }
 
-// The time at which a neighbour of the run, a hundred-millionth of the size away, has diverged from
-// it as far as chaos takes it; infinite if it has not.
-double Chooser::horizon_by_neighbour(const Candidate& method, const TrialRun& run,
-                                     const SeenRun& own) {
-  constexpr double kAway = 1e-8, kChaos = 1e5;
-  const SeenRun other = seen_run(problem_, method, run, result_.time,
-                                 [&](double part) { return go_on("neighbour", part, own.cost, 0); },
-                                 {.disturbed = kAway * result_.size});
-  if (told_ || problem_.of) return HUGE_VAL;
-  const ErrorCourse course = error_course(problem_, own, other);
-  for (std::size_t k = 0; k < course.rms.size(); ++k)
-    if (course.rms[k] > kChaos * kAway * result_.size)
-      return result_.time * static_cast<double>(k) / static_cast<double>(course.rms.size() - 1);
-  return HUGE_VAL;
-}
-
-// Until the last moment before the error is beyond the one allowed, s; infinite if it never is.
-double Chooser::kept_until(const ErrorCourse& course, double allowed) const {
-  const double share = kept_share(course.rms, allowed);
-  return share < 1 ? share * result_.time : HUGE_VAL;
-}
-
 // The fineness of the whole run; trials predict nothing of runs far finer than they were.
 double Chooser::predicted_fineness(const MethodTrials& chosen) const {
   const double longer = longer_than_window(chosen), tried = chosen.fineness() * longer;
@@ -449,12 +436,75 @@ bool Chooser::is_far_dearer_than_own(double cost) {
          cost > kFar * own_fineness(own()) * std::max(1, method.info.evaluations);
 }
 
+// Both runs may step over the same event; trials of other methods that know better say so, if they
+// looked as closely or chose their steps.
+void Chooser::hear_others(const MethodTrials& chosen, CheckedRun& checked) const {
+  if (result_.window != result_.time) return;
+  for (const MethodTrials& other : trials_) {
+    const bool knows =
+        &other != &chosen && other.own_error() <= result_.allowed && !may_miss_pulse(other);
+    const bool close =
+        Refinement(other.method()).by_tolerance() || other.finest().cost >= checked.seen().cost;
+    if (knows && close) checked.compare(other.finest(), other.own_error());
+  }
+}
+
+// The run, which is expected to have this cost, and its refined run, whose errors are `falls` times
+// smaller. False if it was interrupted.
+bool Chooser::check(const MethodTrials& chosen, double cost, double falls, CheckedRun& checked) {
+  const Candidate& method = chosen.method();
+  const double dearer = Refinement(method).dearer();
+  const auto watch = [&](const std::string& what, double own, double later) {
+    return [=, this](double part) { return go_on(method.label + what, part, own, later); };
+  };
+  if (!checked.run(watch(", the run", cost, dearer * cost))) return false;
+  runs_cost_ += checked.seen().cost;
+  if (!checked.refine(corrected_, watch(", the refined run", dearer * checked.seen().cost, 0)))
+    return false;
+  runs_cost_ += checked.fine().cost;
+  checked.compare(falls);
+  hear_others(chosen, checked);
+  return !checked.kept() || check_between(checked);
+}
+
+bool Chooser::check_between(CheckedRun& checked) {
+  const double cost = checked.seen().cost;
+  if (!checked.seen().acted_at_ends) return true;
+  runs_cost_ += cost;
+  return checked.run_between(
+      [&](double part) { return go_on(checked.method().label + ", between", part, cost, 0); });
+}
+
+// Keeps the run if it is the best so far.
+void Chooser::keep(CheckedRun&& checked, bool from_scene) {
+  if (!(checked.horizon() > (best_ ? best_->horizon() : -1)) ||
+      (from_scene && !checked.seen().finished))
+    return;
+  best_.emplace(std::move(checked));
+  result_.from_scene = from_scene;
+  result_.chaotic = false;
+}
+
+// A horizon is checked only where nothing better follows.
+void Chooser::tell_best() {
+  if (!best_) return;
+  if (!told_ && !best_->kept()) check_between(*best_);
+  result_.method = best_->method();
+  result_.dt = is_fixed(best_->method()) ? goal_.dt
+                                         : result_.time / static_cast<double>(best_->plan().steps);
+  result_.tolerance = best_->plan().tolerance;
+  result_.error = best_->error();
+  result_.largest = best_->largest();
+  result_.cost = best_->seen().cost;
+  result_.kept = best_->kept();
+  result_.horizon = best_->horizon();
+}
+
 // The run and its refined run; repeated with smaller steps if it misses the goal.
 void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   double fineness = beginning.fineness;
   const Candidate& method = chosen.method();
   const Refinement refinement(method);
-  const bool fixed = goal_.dt > 0 && !refinement.by_tolerance();
   const double tried = chosen.fineness() * longer_than_window(chosen);
   const double dearer = refinement.dearer();
   Mending mending(refinement, chosen.exponent(),
@@ -465,75 +515,26 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   double expected = predicted_cost(chosen);
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
-    if (fixed) plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
+    if (is_fixed(method))
+      plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
     if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
-    const SeenRun run =
-        seen_run(problem_, method, plan, result_.time, [&, cost = expected](double part) {
-          return go_on(method.label + ", the run", part, cost, dearer * cost);
-        });
-    if (told_) return;
-    runs_cost_ += run.cost;
-    const SeenRun fine = seen_run(problem_, method, refined(plan, corrected_), result_.time,
-                                  [&, cost = dearer * run.cost](double part) {
-                                    return go_on(method.label + ", the refined run", part, cost, 0);
-                                  });
-    if (told_) return;
-    runs_cost_ += fine.cost;
+    CheckedRun checked(problem_, method, plan, result_.time, result_.allowed);
     const double falls = elementary::pow(refinement.factor(), -mending.exponent());
-    const ErrorCourse course = error_course(problem_, run, fine);
-    double horizon = kept_until(course, result_.allowed * (1 - falls));
-    double error = course.most / (1 - falls);
-    double largest = course.largest / (1 - falls);
-    const auto worsen = [&](const ErrorCourse& against, double times, double kept) {
-      error = std::max(error, times * against.most);
-      largest = std::max(largest, times * against.largest);
-      horizon = std::min(horizon, kept_until(against, kept));
-    };
-    // Both runs may step over the same event; trials of other methods that know better say so, if
-    // they looked as closely or chose their steps.
-    for (const MethodTrials& other : trials_) {
-      const bool knows = &other != &chosen && result_.window == result_.time &&
-                         other.own_error() <= result_.allowed && !may_miss_pulse(other);
-      const bool close =
-          Refinement(other.method()).by_tolerance() || other.finest().cost >= run.cost;
-      if (!knows || !close) continue;
-      const ErrorCourse against = error_course(problem_, run, other.finest());
-      const double most = kFamiliesAgree * (result_.allowed + other.own_error());
-      if (against.most > most) worsen(against, 1, most);
-    }
-    // Contact may act at ends of steps that both share: half a step sooner or later in a third run.
-    if (run.acted_at_ends && error <= result_.allowed) {
-      const SeenRun between = seen_run(
-          problem_, method, plan, result_.time,
-          [&](double part) { return go_on(method.label + ", between", part, run.cost, 0); },
-          {.shifted = true});
-      if (told_) return;
-      runs_cost_ += between.cost;
-      worsen(error_course(problem_, run, between), 2, result_.allowed / 2);
-    }
-    const double best = result_.method ? result_.horizon : -1;
-    if (horizon > best && (run.finished || !beginning.from_scene)) {
-      result_.method = method;
-      result_.from_scene = beginning.from_scene;
-      result_.chaotic = false;
-      result_.dt = fixed ? goal_.dt : result_.time / static_cast<double>(plan.steps);
-      result_.tolerance = plan.tolerance;
-      result_.error = error;
-      result_.largest = largest;
-      result_.cost = run.cost;
-      result_.kept = error <= result_.allowed;
-      result_.horizon = horizon;
-    }
-    if (result_.kept || fixed || attempt == beginning.most_mendings) return;
-    result_.trials += run.cost + fine.cost;
-    if (attempt == 0 && error > 10 * result_.allowed) {
-      const double parted = horizon_by_neighbour(method, refined(plan, corrected_), fine);
-      if (told_) return;
-      result_.chaotic = parted < result_.time;
-      if (result_.chaotic) return;
-    }
+    if (!check(chosen, expected, falls, checked)) return;
+    const double cost = checked.seen().cost, refined_cost = checked.fine().cost,
+                 error = checked.error();
+    const bool last = checked.kept() || is_fixed(method) || attempt == beginning.most_mendings;
+    const bool chaotic = !last && attempt == 0 && error > 10 * result_.allowed && !problem_.of &&
+                         checked.is_chaotic(corrected_, result_.size, [&](double part) {
+                           return go_on("neighbour", part, refined_cost, 0);
+                         });
+    keep(std::move(checked), beginning.from_scene);
+    if (last || told_) return;
+    result_.trials += cost + refined_cost;
+    result_.chaotic = chaotic;
+    if (chaotic) return;
     const double free = std::min(kFree / weight_, kFreeSeconds / (rate() * (1 + dearer)));
-    const std::optional<double> finer = mending.after(fineness, error, run.cost, free);
+    const std::optional<double> finer = mending.after(fineness, error, cost, free);
     if (!finer) return;
     fineness = *finer;
     expected = mending.cost();
@@ -571,8 +572,9 @@ GoalChoice Chooser::choose() {
   if (!told_ && (checked ? is_far_dearer_than_own(cost) : goal_.asked && !(chosen && goal_.dt > 0)))
     run_whole(own(), {own_fineness(own()), kMostMendings, kPart * cost, true});
   const int mendings = checked || goal_.asked ? kMostMendings : 0;
-  if (!told_ && chosen && !result_.kept)
+  if (!told_ && chosen && !(best_ && best_->kept()))
     run_whole(*chosen, {predicted_fineness(*chosen), mendings});
+  tell_best();
   result_.complete = !told_;
   return std::move(result_);
 }
