@@ -5,27 +5,16 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/math/elementary.h"
 #include "core/study/accuracy/checked_run.h"
+#include "core/study/accuracy/goal_trials.h"
 #include "core/study/accuracy/mending.h"
-#include "core/study/accuracy/perturbation_growth.h"
 #include "core/study/accuracy/required_error.h"
-#include "core/study/accuracy/sweep.h"
 #include "core/study/accuracy/trial_pair.h"
-#include "core/study/limits/step_limit.h"
-#include "core/study/verdict/pulses.h"
 
 namespace sim::study {
 namespace {
-
-// One method of each kind and order on the front of work-precision studies: others are at best as
-// good as one of these.
-constexpr const char* kWorthTrying[] = {
-    "verlet", "pefrl",  "rk4",      "tsit5",  "dop853", "implicit_midpoint",
-    "imex",   "trbdf2", "esdirk43", "rodas4", "bdf"};
-constexpr const char* kCheapest = "euler";  // of first-order systems at large errors
 
 constexpr double kTrialParticles = 64;  // costs are of systems of so many, or fewer
 constexpr double kTrialCost = 1e5;      // evaluations of the run up to which all of it is tried
@@ -34,10 +23,8 @@ constexpr double kOfOne = 0.25;         // of that, at most, counts what one met
 constexpr double kFreeChecks = 1e5;     // that checks of the choice may take where trials took all
 constexpr double kFreeSeconds = 10;     // of one core, as some evaluations take far longer
 constexpr double kShortest = 1.0 / 64;  // of the run, that is tried
-constexpr double kFirstGoalTolerance = 1e-3;  // of trials
-constexpr double kCheckCost = 4;              // times that of the choice may take its check
+constexpr double kCheckCost = 4;        // times that of the choice may take its check
 constexpr double kMeaningful = 0.1;  // of the size: an error above it tells nothing of finer runs
-constexpr double kInPulse = 4;       // steps in the shortest pulse, at least
 constexpr int kMostMendings = 4;
 
 class Chooser {
@@ -49,8 +36,6 @@ class Chooser {
  private:
   // `part` of a run of this cost is done, and `later` follows it.
   bool go_on(const std::string& what, double part, double cost, double later);
-  std::int64_t states_in(const Candidate& method, double time) const;
-  void make_trials();
   double window_of(Simulation& system) const;
   void measure_range();
   bool affordable(const MethodTrials& next) const;
@@ -70,7 +55,7 @@ class Chooser {
   bool agrees(MethodTrials& chosen, MethodTrials& check);  // else one of them is refined
   // True if steps may be longer than a pulse, whatever the tolerance.
   bool may_miss_pulse(const MethodTrials& each) const {
-    return pulse_ < HUGE_VAL && Refinement(each.method()).by_tolerance();
+    return goal_trials_.pulse() < HUGE_VAL && Refinement(each.method()).by_tolerance();
   }
   bool sees_more(const MethodTrials& check, const MethodTrials& chosen) const {
     return may_miss_pulse(chosen) && !may_miss_pulse(check);
@@ -114,21 +99,20 @@ class Chooser {
   const Problem& problem_;
   const ErrorGoal& goal_;
   const Watch& watch_;
-  double step_ = 0;          // s, that the scene or the goal asks for
-  double weight_ = 1;        // evaluations of 64 particles that one takes
-  std::clock_t begin_ = 0;   // of the trials
-  double checks_ = 0;        // evaluations that checks took
-  double lost_ = 0;          // s, of trials that were given up
-  double runs_cost_ = 0;     // of the runs that are done, evaluations
-  double pulse_ = HUGE_VAL;  // s, the shortest
-  bool corrected_ = false, told_ = false;
+  GoalTrials goal_trials_;
+  double weight_ = 1;       // evaluations of 64 particles that one takes
+  std::clock_t begin_ = 0;  // of the trials
+  double checks_ = 0;       // evaluations that checks took
+  double lost_ = 0;         // s, of trials that were given up
+  double runs_cost_ = 0;    // of the runs that are done, evaluations
+  bool told_ = false;
   std::vector<MethodTrials> trials_;
   std::optional<CheckedRun> best_;
   GoalChoice result_;
 };
 
 Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& watch)
-    : problem_(problem), goal_(goal), watch_(watch) {
+    : problem_(problem), goal_(goal), watch_(watch), goal_trials_(problem, goal) {
   Simulation system = problem.simulation();
   result_.system = system.name();
   result_.unit = problem.of || system.flat() ? "" : "m";
@@ -137,9 +121,6 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
   result_.size = scene_size(system);
   result_.allowed = goal.budget.of(result_.size);
   weight_ = std::max(1.0, std::max(system.particles(), system.components() / 3) / kTrialParticles);
-  step_ = goal.dt > 0 ? goal.dt : system.h();
-  corrected_ = acts_between_steps(system);
-  pulse_ = shortest_pulse(system, goal.time);
   result_.window = window_of(system);
 }
 
@@ -156,57 +137,6 @@ double Chooser::window_of(Simulation& system) const {
   double share = 1;
   while (cost * share > kTrialCost && share > kShortest) share /= 2;
   return share * result_.time;
-}
-
-// The number of states that a method with adaptive steps shows: as many as the scene asks for, but
-// few for an implicit method without dense output, as each state ends a step.
-std::int64_t Chooser::states_in(const Candidate& method, double time) const {
-  constexpr std::int64_t kImplicitStates = 40, kStates = 120;
-  const bool dense = has_dense_output(method.info, corrected_);
-  if (method.info.implicit && !dense && goal_.dt == 0) return kImplicitStates;
-  const auto all = static_cast<std::int64_t>(std::ceil(time / step_ - 1e-9));
-  return (all + kStates - 1) / kStates * kStates;
-}
-
-void Chooser::make_trials() {
-  constexpr double kInside = 0.9;  // of the largest stable step
-  constexpr double kFewest = 20;
-  Simulation system = problem_.simulation();
-  std::vector<MethodChoice> wanted = goal_.integrators;
-  std::erase_if(wanted, [&](const MethodChoice& each) {
-    return chooses_among_others(each, *problem_.registry);
-  });
-  std::vector<Candidate> methods = methods_to_sweep(problem_, system, wanted);
-  if (wanted.empty())
-    std::erase_if(methods, [&](const Candidate& each) {
-      const bool tried = std::ranges::find(kWorthTrying, each.name) != std::end(kWorthTrying) ||
-                         (problem_.spec->first_order && each.name == kCheapest);
-      return each.chooses || (!tried && each.name != own_name());
-    });
-  const Spectrum modes = spectrum(system);
-  const double window = result_.window;
-  for (Candidate& method : methods) {
-    if (Refinement(method).by_tolerance()) {
-      trials_.emplace_back(problem_, method, window, 1 / kFirstGoalTolerance,
-                           states_in(method, window), corrected_, false);
-      continue;
-    }
-    if (goal_.dt > 0) {
-      const double steps = std::ceil(window / goal_.dt - 1e-9);
-      trials_.emplace_back(problem_, method, window, steps, 0, corrected_, true);
-      continue;
-    }
-    const auto limit = predicted_step(*problem_.with(method).make_integrator(), modes);
-    double steps = kFewest;
-    if (limit && std::isfinite(*limit) && *limit > 0)
-      steps = std::max(steps, std::ceil(window / (kInside * *limit)));
-    steps = std::max(steps, std::ceil(kInPulse * window / pulse_));
-    trials_.emplace_back(problem_, method, window, steps, 0, corrected_, false);
-  }
-  if (trials_.empty())
-    throw Error(ErrorKind::kUsage, {"no method for --error", "'" + problem_.spec->name + "'",
-                                    "no integrator fits the scene", "see sim list integrators"});
-  begin_ = std::clock();  // what came before says nothing of an evaluation
 }
 
 // The range of a quantity is known once something has run.
@@ -359,11 +289,17 @@ MethodTrials* Chooser::check_for(const MethodTrials& chosen) {
 
 // If two families differ by more than their error estimates, neither is believed until both are
 // refined; one that may have gone past a pulse is refined alone, as long as that is cheaper than
-// the check.
+// the check, and not believed where no check is affordable.
 bool Chooser::agrees(MethodTrials& chosen, MethodTrials& check) {
   TrialPair both = pair(chosen, check);
-  if (both.agree(0.1 * in_window())) return true;
-  if (!sees_more(check, chosen)) {
+  const bool must = sees_more(check, chosen), ran = std::isfinite(check.error());
+  if (both.agree(0.1 * in_window()) && (ran || !must)) return true;
+  if (must && !ran) {
+    chosen.doubt(HUGE_VAL);
+    chosen.give_up();
+    return false;
+  }
+  if (!must) {
     const double of_chosen = both.beyond(check), of_check = both.beyond(chosen);
     chosen.doubt(of_chosen);
     check.doubt(of_check);
@@ -424,7 +360,8 @@ double Chooser::predicted_fineness(const MethodTrials& chosen) const {
 
 double Chooser::own_fineness(const MethodTrials& own) const {
   if (Refinement(own.method()).by_tolerance()) return 1 / kFirstGoalTolerance;
-  return std::max(result_.time / step_, std::ceil(kInPulse * result_.time / pulse_));
+  return std::max(result_.time / goal_trials_.step(),
+                  std::ceil(kInPulse * result_.time / goal_trials_.pulse()));
 }
 
 // The scene's own run, whose step has served somebody, costs far less.
@@ -459,7 +396,8 @@ bool Chooser::check(const MethodTrials& chosen, double cost, double falls, Check
   };
   if (!checked.run(watch(", the run", cost, dearer * cost))) return false;
   runs_cost_ += checked.seen().cost;
-  if (!checked.refine(corrected_, watch(", the refined run", dearer * checked.seen().cost, 0)))
+  if (!checked.refine(goal_trials_.corrected(),
+                      watch(", the refined run", dearer * checked.seen().cost, 0)))
     return false;
   runs_cost_ += checked.fine().cost;
   checked.compare(falls);
@@ -481,7 +419,7 @@ void Chooser::keep(CheckedRun&& checked, bool from_scene) {
       (from_scene && !checked.seen().finished))
     return;
   best_.emplace(std::move(checked));
-  result_.from_scene = from_scene;
+  result_.from_scene = from_scene && best_->method().name == own_name();
   result_.chaotic = false;
 }
 
@@ -514,7 +452,7 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
                    .most_cost = beginning.most_cost});
   double expected = predicted_cost(chosen);
   for (int attempt = 0;; ++attempt) {
-    TrialRun plan = trial_run(method, fineness, states_in(method, result_.time));
+    TrialRun plan = trial_run(method, fineness, goal_trials_.states_in(method, result_.time));
     if (is_fixed(method))
       plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
     if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
@@ -524,10 +462,10 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
     const double cost = checked.seen().cost, refined_cost = checked.fine().cost,
                  error = checked.error();
     const bool last = checked.kept() || is_fixed(method) || attempt == beginning.most_mendings;
-    const bool chaotic = !last && attempt == 0 && error > 10 * result_.allowed && !problem_.of &&
-                         checked.is_chaotic(corrected_, result_.size, [&](double part) {
-                           return go_on("neighbour", part, refined_cost, 0);
-                         });
+    const bool chaotic =
+        !last && attempt == 0 && error > 10 * result_.allowed && !problem_.of &&
+        checked.is_chaotic(goal_trials_.corrected(), result_.size,
+                           [&](double part) { return go_on("neighbour", part, refined_cost, 0); });
     keep(std::move(checked), beginning.from_scene);
     if (last || told_) return;
     result_.trials += cost + refined_cost;
@@ -542,10 +480,10 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
   }
 }
 
-// The scene's own method, or the one whose trial costs least.
+// The scene's own method, or the one whose trial costs least; rather one that misses no pulse.
 MethodTrials& Chooser::own() {
   return *std::ranges::min_element(trials_, {}, [&](const MethodTrials& each) {
-    return std::pair(each.method().name != own_name(), each.next_cost());
+    return std::tuple(may_miss_pulse(each), each.method().name != own_name(), each.next_cost());
   });
 }
 
@@ -563,7 +501,8 @@ void Chooser::tell_candidates() {
 
 GoalChoice Chooser::choose() {
   constexpr double kPart = 0.5;
-  make_trials();
+  trials_ = goal_trials_.of(result_.window);
+  begin_ = std::clock();  // what came before says nothing of an evaluation
   MethodTrials* const checked = choose_checked();
   MethodTrials* const chosen =
       checked || told_ ? checked : longest_kept(problem_, trials_, in_window());
