@@ -123,7 +123,7 @@ void RigidContact::load(const Step& step) {
     reach.after = body.state(to);
     reach.radius = reach.scale = body_collision_.radius(static_cast<int>(i));
     measure(reach, step.h);
-    reach.fixed = reach.fast = false;
+    reach.fixed = reach.fast = false, reach.held = 0;
     for (int p = 0; p < RigidBody::kParticles; ++p)
       reach.fixed = reach.fixed || !to.free(body.first() + p);
     SolverBody& solver_body = solver_bodies_[i] = {};

@@ -133,37 +133,21 @@ double ContactSolver::moved(std::span<const SolverBody> solver_bodies,
   return contact.normal.dot(displacement);
 }
 
-double time_since(double gap, double rate, double a, double h) {
-  const double square = rate * rate - 2 * a * gap;
-  const double q = 0.5 * (rate + std::copysign(std::sqrt(std::max(0.0, square)), rate));
-  double best = h;
-  for (const double s : {q != 0 ? gap / q : h, a != 0 ? 2 * q / a : h})
-    if (s >= 0 && s < best) best = s;
-  return best;
-}
-
-// The gap s before the end is g - v s + a s^2 / 2, with g and v those at the end. A pair that has
-// just bounced may come back.
-double ContactSolver::Approach::next_touch(double now) const {
-  double s = now;
-  const bool apart = gap - (rate - 0.5 * acceleration * now) * now > tiny,
-             leaves = !apart && rate - acceleration * now > least;
-  if (apart || leaves) {
-    if (!(gap < 0)) return -1;
-    s = time_since(gap, rate, acceleration, now);
-    if (leaves && !(now - s > shortest)) return -1;
-  } else if (gap > tiny) {
-    return -1;
-  }
-  return rate - acceleration * s < -least ? s : -1;
+Approach ContactSolver::approach_of(std::span<const SolverBody> solver_bodies,
+                                    const ContactPoint& m) {
+  return {.gap = m.path_gap + moved(solver_bodies, m),
+          .rate = m.normal.dot(velocity(solver_bodies, m)) - m.path_gain,
+          .acceleration = m.acceleration,
+          .tiny = m.tiny,
+          .least = 0,
+          .shortest = HUGE_VAL};
 }
 
 void ContactSolver::update_approach(std::span<const SolverBody> solver_bodies,
                                     std::span<const ContactPoint> contacts, std::size_t k,
                                     double now) {
-  const ContactPoint& m = contacts[k];
-  approaches_[k].gap = m.path_gap + moved(solver_bodies, m);
-  approaches_[k].rate = m.normal.dot(velocity(solver_bodies, m)) - m.path_gain;
+  const Approach seen = approach_of(solver_bodies, contacts[k]);
+  approaches_[k].gap = seen.gap, approaches_[k].rate = seen.rate;
   touches_[k] = approaches_[k].next_touch(now);
 }
 

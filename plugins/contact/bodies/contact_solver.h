@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "approach.h"
 #include "core/base/thread_pool.h"
 #include "core/math/mat3.h"
 #include "core/particles/contact_law.h"
@@ -72,12 +73,11 @@ class JointProjection {
                        bool change_alone) = 0;
 };
 
-// The time, s, before the end of a step of h at which a gap closed that is `gap` at the end, has
-// the rate `rate` there and the acceleration a: gap - rate s + a s^2 / 2 = 0.
-double time_since(double gap, double rate, double a, double h);
-
 class ContactSolver {
  public:
+  // The motion of its gap, as the impulses so far have it.
+  static Approach approach_of(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
+
   // The joints that all following impulses respect; null: none.
   void set_joints(JointProjection* links) { joints_ = links; }
 
@@ -106,13 +106,6 @@ class ContactSolver {
                        const ContactPoint& contact);  // of the first, relative
 
  private:
-  // The motion of a gap at the end of the step, as the impulses so far have it.
-  struct Approach {
-    double gap = 0, rate = 0, acceleration = 0;  // m, m/s, m/s^2
-    double tiny = 0, least = 0, shortest = 0;  // m; m/s: a slower approach is none; s, of a flight
-    // The time, s, before the end of the step of the next impact, at most `now`; negative: none.
-    double next_touch(double now) const;
-  };
   static void find_inverse_masses(std::span<const SolverBody> solver_bodies, ContactPoint& m);
   double joint_inverse_mass(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
   std::array<int, 2> groups_of(const ContactPoint& m) const;

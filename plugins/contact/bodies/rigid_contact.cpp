@@ -23,8 +23,10 @@ constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of b
 constexpr long kMany = 100;
 constexpr long kFew = 32;  // points that touch: short flights are worth their cost
 constexpr int kStopped = 1, kMostStopped = 8;
-constexpr double kSlow = 0.05;   // of the largest speed of contact: what stops in any case
-constexpr double kAtHand = 0.3;  // of the change of a speed: what it may add to an approach
+constexpr int kMostLandings = 16;      // times of impact in a step
+constexpr double kSlowLanding = 1e-3;  // of the fastest: what rests
+constexpr double kSlowContact = 0.05;  // of the largest speed of contact: what stops in any case
+constexpr double kAtHand = 0.3;        // of the change of a speed: what it may add to an approach
 
 // Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
 Vec3 turned_over(const Vec3& r, const Vec3& w) {
@@ -49,6 +51,86 @@ bool RigidContact::bounces(const ContactPoint& m) const {
 std::pair<double, double> RigidContact::gap_and_rate(const ContactPoint& m) const {
   return {m.gap + ContactSolver::moved(solver_bodies_, m),
           m.normal.dot(ContactSolver::velocity(solver_bodies_, m))};
+}
+
+// Takes both arms from the point in the middle between those that they reach at that time, s,
+// before the end, so that impulses that act then conserve angular momentum.
+void RigidContact::join_arms(ContactPoint& m, double time) const {
+  if (m.second < 0) return;
+  const auto center = [&](int i) {
+    const SolverBody& body = solver_bodies_[slot(i)];
+    return reach_[slot(i)].after.center + body.translation - time * body.velocity;
+  };
+  const Vec3 apart = (m.arm1 + center(m.first)) - (m.arm2 + center(m.second));
+  m.arm1 -= 0.5 * apart, m.arm2 += 0.5 * apart;
+}
+
+// Points without restitution land in the order of their times of impact: each impact is solved with
+// all points that touch then, before what it changes lands in turn. An edge may so leave the ground
+// again when the next one lands (Housner (1963), Bull. Seismol. Soc. Am. 53, 403-417). The last
+// impact of the step is left to resting contact.
+void RigidContact::land_in_order(double h) {
+  double fastest = 0, now = h;
+  for (const ContactPoint& m : contacts_)
+    if (m.active) fastest = std::max(fastest, -m.before);
+  const auto gap_at = [&](const ContactPoint& m, double s) {
+    return ContactSolver::approach_of(solver_bodies_, m).gap_at(s);
+  };
+  const auto next_touch = [&](const ContactPoint& m) {
+    Approach approach = ContactSolver::approach_of(solver_bodies_, m);
+    // A point that is no faster than forces make it within the step rests.
+    approach.least = std::max(kSlowLanding * fastest, std::fabs(m.acceleration) * h);
+    return approach.next_touch(now);
+  };
+  // Gaps are known but for what has held their bodies up since these touched.
+  const auto held = [&](int body) -> double& { return reach_[slot(body)].held; };
+  const auto hold = [&](const ContactPoint& m, double since) {
+    for (const int body : {m.first, m.second})
+      if (body >= 0) held(body) = std::max(held(body), since);
+  };
+  const auto unknown = [&](const ContactPoint& m, double s) {
+    const double since = std::max(held(m.first), m.second >= 0 ? held(m.second) : 0.0);
+    return since > s ? 0.5 * std::fabs(m.acceleration) * (since - s) * (since - s) : 0;
+  };
+  for (const ContactPoint& m : contacts_)
+    if (gap_at(m, h) <= m.tiny) hold(m, h);
+  int landing = 0;
+  for (; landing < kMostLandings; ++landing) {
+    double earliest = -1;
+    for (const ContactPoint& m : contacts_) earliest = std::max(earliest, next_touch(m));
+    const auto touches = [&](const ContactPoint& m) {
+      return gap_at(m, earliest) <= m.tiny + unknown(m, earliest);
+    };
+    if (std::ranges::none_of(
+            contacts_, [&](const ContactPoint& m) { return next_touch(m) >= 0 && !touches(m); }))
+      break;
+    overlaps_.clear();
+    for (ContactPoint& m : contacts_) {
+      if (!touches(m)) continue;
+      if (next_touch(m) >= 0) m.before = 0, m.after = m.duration = earliest, m.active = true;
+      hold(m, earliest);
+      ContactPoint& impact = overlaps_.emplace_back(m);
+      impact.active = true, impact.duration = earliest;
+      join_arms(impact, earliest);
+      impact.offset = -(m.path_gain + m.acceleration * earliest);
+      impact.normal_impulse = 0, impact.friction_impulse = {};
+      impact.tangent_impulse[0] = impact.tangent_impulse[1] = 0;
+    }
+    now = earliest;
+    resting_solver_.solve(solver_bodies_, overlaps_, tolerance_ * fastest, particles_->pool());
+  }
+  if (landing == 0) return;
+  for (ContactPoint& m : contacts_) {
+    const auto [gap, rate] = gap_and_rate(m);
+    if (const double s = next_touch(m); s < 0) {
+      m.active = m.active && gap <= m.tiny;
+    } else {
+      m.active = true, m.after = s;
+      m.given = m.path_gain + m.acceleration * s, m.before = rate - m.given;
+      m.duration = rate < 0 ? std::clamp(gap / rate, 0.0, s) : s;
+    }
+    join_arms(m, m.duration);
+  }
 }
 
 // Activates the contacts that impulses close before the end of the step. True if there are any.
@@ -87,7 +169,7 @@ bool RigidContact::hold_open(double h, double scale) {
     const double offset = std::max(0.0, gap / duration - rate);
     if (!closes && offset > kAtHand * std::max(changed(m.first), changed(m.second))) continue;
     any = any || closes;
-    m.active = true, m.duration = duration, m.offset = offset > kSlow * scale ? offset : 0;
+    m.active = true, m.duration = duration, m.offset = offset > kSlowContact * scale ? offset : 0;
   }
   return any;
 }
@@ -117,6 +199,7 @@ double RigidContact::solve(const Step& step) {
         m.duration = std::clamp(gap / rate, 0.0, m.after);
     }
   }
+  if (few && !any_bounces) land_in_order(h);
   contact_solver_.start(solver_bodies_, contacts_);
   for (ContactPoint& m : contacts_) {
     if (!m.active) m.normal_impulse = m.tangent_impulse[0] = m.tangent_impulse[1] = 0;

@@ -66,6 +66,7 @@ class RigidContact {
     double scale = 0, pushed = 0;        // m, of small gaps; how much further contact is sought
     double duration = 0;  // s: a force through the step moves it by lever * its velocity
     double gained = 0;    // (m/s)^2: the velocity change by forces and constraints
+    double held = 0;      // s, before the end of the step: since when something touches it
     bool fixed = false, fast = false;  // one of its particles is pinned; it is seen on its way
   };
   struct Found {
@@ -90,18 +91,17 @@ class RigidContact {
   void apply_warm_start(ContactPoint& contact, std::size_t& kept) const;
   void find_further(const Step& step);
   bool bounces(const ContactPoint& contact) const;
+  void join_arms(ContactPoint&contact, double time) const, land_in_order(double h);
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
-  bool activate(double h, double& scale), hold_open(double h, double scale);
+  bool activate(double h, double&scale), hold_open(double h, double scale);
   double solve(const Step& step);
-  void copy_moves(), take_moves(), project_moves();
+  void copy_moves(), take_moves(), project_moves(), fit_moves(bool bounded);
   bool bound_moves(double h);
-  void fit_moves(bool bounded);
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
   bool stay_apart() const;
   bool pass_through(const Step& step);
   void separate(double t);
-  void store(double* x_next);
-  void store_warm_start();
+  void store(double*x_next), store_warm_start();
 
   BodyCollision body_collision_;
   Particles* particles_;
