@@ -53,15 +53,17 @@ std::pair<double, double> RigidContact::gap_and_rate(const ContactPoint& m) cons
           m.normal.dot(ContactSolver::velocity(solver_bodies_, m))};
 }
 
-// Takes both arms from the point in the middle between those that they reach at that time, s,
-// before the end, so that impulses that act then conserve angular momentum.
-void RigidContact::join_arms(ContactPoint& m, double time) const {
-  if (m.second < 0) return;
-  const auto center = [&](int i) {
+// Takes the arms at that time, s, before the end, on the ways that impulses so far have led to;
+// both from the point in the middle, so that impulses that act then conserve angular momentum.
+void RigidContact::set_arms(ContactPoint& m, double time) const {
+  const auto place = [&](int i, Vec3& arm) {
     const SolverBody& body = solver_bodies_[slot(i)];
-    return reach_[slot(i)].after.center + body.translation - time * body.velocity;
+    arm = turned_over(arm, body.rotation - time * body.angular_velocity);
+    return reach_[slot(i)].after.center + body.translation - time * body.velocity + arm;
   };
-  const Vec3 apart = (m.arm1 + center(m.first)) - (m.arm2 + center(m.second));
+  const Vec3 first = place(m.first, m.arm1);
+  if (m.second < 0) return;
+  const Vec3 apart = first - place(m.second, m.arm2);
   m.arm1 -= 0.5 * apart, m.arm2 += 0.5 * apart;
 }
 
@@ -78,8 +80,10 @@ void RigidContact::land_in_order(double h) {
   };
   const auto next_touch = [&](const ContactPoint& m) {
     Approach approach = ContactSolver::approach_of(solver_bodies_, m);
-    // A point that is no faster than forces make it within the step rests.
-    approach.least = std::max(kSlowLanding * fastest, std::fabs(m.acceleration) * h);
+    // A point that is no faster than forces make its bodies within the step rests.
+    double gained = reach_[slot(m.first)].gained;
+    if (m.second >= 0) gained = std::max(gained, reach_[slot(m.second)].gained);
+    approach.least = std::max(kSlowLanding * fastest, std::sqrt(gained));
     return approach.next_touch(now);
   };
   // Gaps are known but for what has held their bodies up since these touched.
@@ -111,7 +115,7 @@ void RigidContact::land_in_order(double h) {
       hold(m, earliest);
       ContactPoint& impact = overlaps_.emplace_back(m);
       impact.active = true, impact.duration = earliest;
-      join_arms(impact, earliest);
+      set_arms(impact, earliest);
       impact.offset = -(m.path_gain + m.acceleration * earliest);
       impact.normal_impulse = 0, impact.friction_impulse = {};
       impact.tangent_impulse[0] = impact.tangent_impulse[1] = 0;
@@ -119,17 +123,17 @@ void RigidContact::land_in_order(double h) {
     now = earliest;
     resting_solver_.solve(solver_bodies_, overlaps_, tolerance_ * fastest, particles_->pool());
   }
-  if (landing == 0) return;
   for (ContactPoint& m : contacts_) {
     const auto [gap, rate] = gap_and_rate(m);
-    if (const double s = next_touch(m); s < 0) {
-      m.active = m.active && gap <= m.tiny;
-    } else {
+    const double s = next_touch(m);
+    if (s >= 0) {
       m.active = true, m.after = s;
       m.given = m.path_gain + m.acceleration * s, m.before = rate - m.given;
-      m.duration = rate < 0 ? std::clamp(gap / rate, 0.0, s) : s;
+      m.duration = rate < 0 ? std::clamp(gap / rate, 0.0, h) : s;
+    } else if (landing > 0) {
+      m.active = m.active && gap <= m.tiny;
     }
-    join_arms(m, m.duration);
+    if (landing > 0 || (s >= 0 && m.second < 0)) set_arms(m, m.duration);
   }
 }
 

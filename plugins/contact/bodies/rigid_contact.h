@@ -91,17 +91,16 @@ class RigidContact {
   void apply_warm_start(ContactPoint& contact, std::size_t& kept) const;
   void find_further(const Step& step);
   bool bounces(const ContactPoint& contact) const;
-  void join_arms(ContactPoint&contact, double time) const, land_in_order(double h);
+  void set_arms(ContactPoint& contact, double time) const;
+  void land_in_order(double h), separate(double t), store_warm_start();
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
-  bool activate(double h, double&scale), hold_open(double h, double scale);
+  bool activate(double h, double& scale);
+  bool hold_open(double h, double scale), bound_moves(double h), stay_apart() const;
   double solve(const Step& step);
   void copy_moves(), take_moves(), project_moves(), fit_moves(bool bounded);
-  bool bound_moves(double h);
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
-  bool stay_apart() const;
   bool pass_through(const Step& step);
-  void separate(double t);
-  void store(double*x_next), store_warm_start();
+  void store(double* x_next);
 
   BodyCollision body_collision_;
   Particles* particles_;
