@@ -158,6 +158,7 @@ void BodyCollision::find_contacts(int first, const RigidState& a, std::size_t co
     const std::size_t from = out.size();
     if (!shape || own.shape->form == Form::kSphere) {
       collide(own, solid, t, margin, out);
+      for (std::size_t k = from; k < out.size(); ++k) out[k].rounding = own.shape->radius;
     } else {
       // The collider's surface is offset outward from the shape by `thick`.
       const double thick = shape->thickness();

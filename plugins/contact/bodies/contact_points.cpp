@@ -127,6 +127,7 @@ void RigidContact::load(const Step& step) {
     for (int p = 0; p < RigidBody::kParticles; ++p)
       reach.fixed = reach.fixed || !to.free(body.first() + p);
     SolverBody& solver_body = solver_bodies_[i] = {};
+    solver_body.center = reach.after.center;
     solver_body.velocity = reach.after.velocity;
     solver_body.angular_velocity = reach.after.angular_velocity;
     if (reach.fixed) return;
@@ -168,7 +169,7 @@ int RigidContact::enter(int particle, int body, const Step& step) {
   reach.scale = near.radius, reach.pushed = near.pushed;
   reach.duration = near.duration, reach.gained = near.gained;
   SolverBody& added = solver_bodies_.emplace_back();
-  added.velocity = reach.after.velocity;
+  added.center = reach.after.center, added.velocity = reach.after.velocity;
   if (!reach.fixed) added.inverse_mass = 1 / to.mass[particle];
   return solver_body;
 }
@@ -180,7 +181,7 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
   ContactPoint m;
   m.key1 = key(first), m.key2 = second >= 0 ? key(second) : -1 - collider;
   m.first = first, m.second = second, m.collider = collider, m.feature = point.feature;
-  m.normal = point.normal;
+  m.normal = point.normal, m.rounding = point.rounding;
   const auto center = [&](std::size_t i) {
     return reach_[i].after.center - left * (reach_[i].after.center - reach_[i].before.center);
   };

@@ -5,6 +5,7 @@
 
 #include "core/base/slot.h"
 #include "core/particles/collider.h"
+#include "rotation.h"
 
 namespace sim {
 namespace {
@@ -122,6 +123,23 @@ double ContactSolver::joint_inverse_mass(std::span<const SolverBody> solver_bodi
   return m.normal.dot(w);
 }
 
+void ContactSolver::set_arms(std::span<const SolverBody> solver_bodies, ContactPoint& m,
+                             double time) {
+  if (m.rounding >= 0) {
+    const SolverBody& body = solver_bodies[static_cast<std::size_t>(m.first)];
+    const Vec3 rounding = m.rounding * m.normal;
+    m.arm1 =
+        turned_over(m.arm1 + rounding, body.rotation - time * body.angular_velocity) - rounding;
+  }
+  if (m.second < 0) return;
+  const auto center = [&](int i) {
+    const SolverBody& body = solver_bodies[static_cast<std::size_t>(i)];
+    return body.center + body.translation - time * body.velocity;
+  };
+  const Vec3 apart = (m.arm1 + center(m.first)) - (m.arm2 + center(m.second));
+  m.arm1 -= 0.5 * apart, m.arm2 += 0.5 * apart;
+}
+
 double ContactSolver::moved(std::span<const SolverBody> solver_bodies,
                             const ContactPoint& contact) {
   const auto of = [&](int i, const Vec3& arm) {
@@ -204,11 +222,15 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     look(after, contacts.size());
     look(0, after);
     if (next == contacts.size()) return;
-    ContactPoint& m = contacts[next];
+    ContactPoint& meets = contacts[next];
     now = earliest;
     after = next + 1;
-    if (!m.active) m.duration = now;
-    m.active = true, m.after = now, m.given = m.path_gain + m.acceleration * now;
+    if (!meets.active) meets.duration = now;
+    meets.active = true, meets.after = now;
+    meets.given = meets.path_gain + meets.acceleration * now;
+    ContactPoint m = meets;
+    set_arms(solver_bodies, m, now);
+    if (!joints_) find_inverse_masses(solver_bodies, m), soft = m.inverse_mass_n;
     const Vec3 slip = velocity(solver_bodies, m);
     const double rate = m.normal.dot(slip) - m.given;
     const double push = -(1 + m.restitution_at(-rate)) * rate / soft;

@@ -17,6 +17,7 @@ namespace sim {
 struct SolverBody {
   double inverse_mass = 0;          // 1/kg
   Mat3 inverse_inertia;             // in space, 1/(kg m^2)
+  Vec3 center;                      // m, at the end of the step without contact
   Vec3 velocity, angular_velocity;  // m/s, rad/s
   Vec3 translation, rotation;       // m, rad: the motion by the impulses so far
 };
@@ -29,6 +30,7 @@ struct ContactPoint {
   Vec3 ground;              // velocity of the fixed side, m/s
   double gap = 0;           // m, at the end of the free step
   double tiny = 0;          // m: a gap that is none
+  double rounding = -1;     // as ManifoldPoint has it
   // The motion in which impacts are sought: the free motion, but without forces if there is contact
   // from the start, since the contact balances them.
   double path_gap = 0, path_gain = 0;  // m, at the end; m/s, not counted in the rate there
@@ -95,6 +97,11 @@ class ContactSolver {
 
   // The change of the gap at the end of the step by impulses, m.
   static double moved(std::span<const SolverBody> solver_bodies, const ContactPoint& contact);
+
+  // Takes the arms at that time, s, before the end, on the ways that impulses so far have led to;
+  // both from the point in the middle, so that impulses then conserve angular momentum.
+  static void set_arms(std::span<const SolverBody> solver_bodies, ContactPoint& contact,
+                       double time);
 
   // Applies the present impulses of resting contacts, the warm start of RestingSolver.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;

@@ -10,6 +10,9 @@ struct ManifoldPoint {
   Vec3 normal;      // of length 1, from the second to the first
   double gap = 0;   // m, < 0 where they overlap
   int feature = 0;  // the same from step to step, as long as the same parts touch
+  // m, from a point that turns with the first, as a corner or the end of a capsule does; < 0: from
+  // none, as it slides over the first.
+  double rounding = -1;
 };
 
 }  // namespace sim

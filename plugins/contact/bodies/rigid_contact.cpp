@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "rotation.h"
+
 namespace sim {
 namespace {
 
@@ -28,17 +30,6 @@ constexpr double kSlowLanding = 1e-3;  // of the fastest: what rests
 constexpr double kSlowContact = 0.05;  // of the largest speed of contact: what stops in any case
 constexpr double kAtHand = 0.3;        // of the change of a speed: what it may add to an approach
 
-// Rotates r by the angle vector w, to third order, as an exact rotation (Cayley transform).
-Vec3 turned_over(const Vec3& r, const Vec3& w) {
-  const Vec3 half = 0.5 * w, across = half.cross(r);
-  return r + 2 / (1 + half.squaredNorm()) * (across + half.cross(across));
-}
-
-Mat3 turned_over(const Mat3& axes, const Vec3& w) {
-  return transposed({turned_over(axes.column(0), w), turned_over(axes.column(1), w),
-                     turned_over(axes.column(2), w)});
-}
-
 }  // namespace
 
 // A point bounces if forces do not bring it back soon or, among many points, within the step.
@@ -51,20 +42,6 @@ bool RigidContact::bounces(const ContactPoint& m) const {
 std::pair<double, double> RigidContact::gap_and_rate(const ContactPoint& m) const {
   return {m.gap + ContactSolver::moved(solver_bodies_, m),
           m.normal.dot(ContactSolver::velocity(solver_bodies_, m))};
-}
-
-// Takes the arms at that time, s, before the end, on the ways that impulses so far have led to;
-// both from the point in the middle, so that impulses that act then conserve angular momentum.
-void RigidContact::set_arms(ContactPoint& m, double time) const {
-  const auto place = [&](int i, Vec3& arm) {
-    const SolverBody& body = solver_bodies_[slot(i)];
-    arm = turned_over(arm, body.rotation - time * body.angular_velocity);
-    return reach_[slot(i)].after.center + body.translation - time * body.velocity + arm;
-  };
-  const Vec3 first = place(m.first, m.arm1);
-  if (m.second < 0) return;
-  const Vec3 apart = first - place(m.second, m.arm2);
-  m.arm1 -= 0.5 * apart, m.arm2 += 0.5 * apart;
 }
 
 // Points without restitution land in the order of their times of impact: each impact is solved with
@@ -115,7 +92,7 @@ void RigidContact::land_in_order(double h) {
       hold(m, earliest);
       ContactPoint& impact = overlaps_.emplace_back(m);
       impact.active = true, impact.duration = earliest;
-      set_arms(impact, earliest);
+      ContactSolver::set_arms(solver_bodies_, impact, earliest);
       impact.offset = -(m.path_gain + m.acceleration * earliest);
       impact.normal_impulse = 0, impact.friction_impulse = {};
       impact.tangent_impulse[0] = impact.tangent_impulse[1] = 0;
@@ -133,7 +110,8 @@ void RigidContact::land_in_order(double h) {
     } else if (landing > 0) {
       m.active = m.active && gap <= m.tiny;
     }
-    if (landing > 0 || (s >= 0 && m.second < 0)) set_arms(m, m.duration);
+    if (landing > 0 || (s >= 0 && m.second < 0))
+      ContactSolver::set_arms(solver_bodies_, m, m.duration);
   }
 }
 

@@ -91,7 +91,6 @@ class RigidContact {
   void apply_warm_start(ContactPoint& contact, std::size_t& kept) const;
   void find_further(const Step& step);
   bool bounces(const ContactPoint& contact) const;
-  void set_arms(ContactPoint& contact, double time) const;
   void land_in_order(double h), separate(double t), store_warm_start();
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
   bool activate(double h, double& scale);

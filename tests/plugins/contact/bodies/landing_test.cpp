@@ -60,6 +60,43 @@ TEST_CASE("a tall slab rocks over from the edge that lands first to the other", 
     }
 }
 
+// A capsule that lies at an angle of 0.1 rad and falls on one of its ends, then on the other.
+// Without friction an impact changes the rate r at an end by (1 + e) r, with an impulse of (1 + e)
+// r / (1/m + lever^2 / I); in between it turns freely.
+TEST_CASE("a capsule that bounces on one end and then the other is pushed where it is then",
+          "[rigid]") {
+  constexpr double kTilt = 0.1, kHalf = 0.1, kRadius = 0.02, kRestitution = 0.5, kTime = 0.03;
+  const std::string scene =
+      "return sim.scene { bodies = { sim.rigid { shape = sim.capsule { radius = 0.02, length = 0.2 "
+      "}, mass = 1, position = {0, 0.05, 0}, velocity = {0, -1, 0}, rotation = {0, 0, math.pi / 2 "
+      "+ "
+      "0.1}, restitution = 0.5 } }, colliders = { sim.collider.plane {} }, forces = {}, integrator "
+      "= 'verlet', dt = 0.005, duration = 0.03 }\n";
+  for (const double dt : {0.01, 0.001, 0.0001}) {
+    TextRun run(scene, "verlet", dt);
+    const double inertia = run.system.body(0).inertia(run.system.body_state(0))(2, 2);
+    double angle = kTilt, y = kHalf * std::sin(kTilt) + kRadius, vy = -1, w = 0;
+    const auto hit = [&](double side) {
+      const double lever = side * kHalf * std::cos(angle);
+      const double push = -(1 + kRestitution) * (vy + w * lever) / (1 + lever * lever / inertia);
+      vy += push, w += lever * push / inertia;
+    };
+    hit(-1);
+    double low = 0, high = kTime;
+    for (int halving = 0; halving < 100; ++halving) {
+      const double t = 0.5 * (low + high);
+      (y + vy * t + kHalf * std::sin(angle + w * t) > kRadius ? low : high) = t;
+    }
+    angle += w * low;
+    hit(1);
+    run.run_to(0.04);
+    INFO("step " << dt << ", at " << low);
+    const double order2 = 1e-9 + 0.1 * dt * dt;
+    CHECK(run.system.body_state(0).angular_velocity.z() == Approx(w).epsilon(order2));
+    CHECK(run.system.body_state(0).velocity.y() == Approx(vy).epsilon(order2));
+  }
+}
+
 // Edges land at once if the gap of one is none when the other lands.
 TEST_CASE("a slab that falls flat stands where it falls", "[rigid]") {
   for (const std::string tilt : {"0", "1e-9"})
