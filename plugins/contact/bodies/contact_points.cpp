@@ -123,11 +123,11 @@ void RigidContact::load(const Step& step) {
     reach.after = body.state(to);
     reach.radius = reach.scale = body_collision_.radius(static_cast<int>(i));
     measure(reach, step.h);
-    reach.fixed = reach.fast = false, reach.held = 0;
+    reach.fixed = reach.fast = false;
     for (int p = 0; p < RigidBody::kParticles; ++p)
       reach.fixed = reach.fixed || !to.free(body.first() + p);
     SolverBody& solver_body = solver_bodies_[i] = {};
-    solver_body.center = reach.after.center;
+    solver_body.center = reach.after.center, solver_body.gained = std::sqrt(reach.gained);
     solver_body.velocity = reach.after.velocity;
     solver_body.angular_velocity = reach.after.angular_velocity;
     if (reach.fixed) return;
@@ -170,6 +170,7 @@ int RigidContact::enter(int particle, int body, const Step& step) {
   reach.duration = near.duration, reach.gained = near.gained;
   SolverBody& added = solver_bodies_.emplace_back();
   added.center = reach.after.center, added.velocity = reach.after.velocity;
+  added.gained = std::sqrt(reach.gained);
   if (!reach.fixed) added.inverse_mass = 1 / to.mass[particle];
   return solver_body;
 }

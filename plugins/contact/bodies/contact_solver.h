@@ -20,6 +20,7 @@ struct SolverBody {
   Vec3 center;                      // m, at the end of the step without contact
   Vec3 velocity, angular_velocity;  // m/s, rad/s
   Vec3 translation, rotation;       // m, rad: the motion by the impulses so far
+  double gained = 0;                // m/s, by forces within the step
 };
 
 // A contact point of two solver bodies; second = -1: a collider, which no impulse moves.
@@ -100,8 +101,7 @@ class ContactSolver {
 
   // Takes the arms at that time, s, before the end, on the ways that impulses so far have led to;
   // both from the point in the middle, so that impulses then conserve angular momentum.
-  static void set_arms(std::span<const SolverBody> solver_bodies, ContactPoint& contact,
-                       double time);
+  static void set_arms(std::span<const SolverBody> bodies, ContactPoint& contact, double time);
 
   // Applies the present impulses of resting contacts, the warm start of RestingSolver.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;

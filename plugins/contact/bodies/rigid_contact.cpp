@@ -25,8 +25,6 @@ constexpr double kFarthest = 2;  // of the way at the speeds at hand: moves of b
 constexpr long kMany = 100;
 constexpr long kFew = 32;  // points that touch: short flights are worth their cost
 constexpr int kStopped = 1, kMostStopped = 8;
-constexpr int kMostLandings = 16;      // times of impact in a step
-constexpr double kSlowLanding = 1e-3;  // of the fastest: what rests
 constexpr double kSlowContact = 0.05;  // of the largest speed of contact: what stops in any case
 constexpr double kAtHand = 0.3;        // of the change of a speed: what it may add to an approach
 
@@ -42,77 +40,6 @@ bool RigidContact::bounces(const ContactPoint& m) const {
 std::pair<double, double> RigidContact::gap_and_rate(const ContactPoint& m) const {
   return {m.gap + ContactSolver::moved(solver_bodies_, m),
           m.normal.dot(ContactSolver::velocity(solver_bodies_, m))};
-}
-
-// Points without restitution land in the order of their times of impact: each impact is solved with
-// all points that touch then, before what it changes lands in turn. An edge may so leave the ground
-// again when the next one lands (Housner (1963), Bull. Seismol. Soc. Am. 53, 403-417). The last
-// impact of the step is left to resting contact.
-void RigidContact::land_in_order(double h) {
-  double fastest = 0, now = h;
-  for (const ContactPoint& m : contacts_)
-    if (m.active) fastest = std::max(fastest, -m.before);
-  const auto gap_at = [&](const ContactPoint& m, double s) {
-    return ContactSolver::approach_of(solver_bodies_, m).gap_at(s);
-  };
-  const auto next_touch = [&](const ContactPoint& m) {
-    Approach approach = ContactSolver::approach_of(solver_bodies_, m);
-    // A point that is no faster than forces make its bodies within the step rests.
-    double gained = reach_[slot(m.first)].gained;
-    if (m.second >= 0) gained = std::max(gained, reach_[slot(m.second)].gained);
-    approach.least = std::max(kSlowLanding * fastest, std::sqrt(gained));
-    return approach.next_touch(now);
-  };
-  // Gaps are known but for what has held their bodies up since these touched.
-  const auto held = [&](int body) -> double& { return reach_[slot(body)].held; };
-  const auto hold = [&](const ContactPoint& m, double since) {
-    for (const int body : {m.first, m.second})
-      if (body >= 0) held(body) = std::max(held(body), since);
-  };
-  const auto unknown = [&](const ContactPoint& m, double s) {
-    const double since = std::max(held(m.first), m.second >= 0 ? held(m.second) : 0.0);
-    return since > s ? 0.5 * std::fabs(m.acceleration) * (since - s) * (since - s) : 0;
-  };
-  for (const ContactPoint& m : contacts_)
-    if (gap_at(m, h) <= m.tiny) hold(m, h);
-  int landing = 0;
-  for (; landing < kMostLandings; ++landing) {
-    double earliest = -1;
-    for (const ContactPoint& m : contacts_) earliest = std::max(earliest, next_touch(m));
-    const auto touches = [&](const ContactPoint& m) {
-      return gap_at(m, earliest) <= m.tiny + unknown(m, earliest);
-    };
-    if (std::ranges::none_of(
-            contacts_, [&](const ContactPoint& m) { return next_touch(m) >= 0 && !touches(m); }))
-      break;
-    overlaps_.clear();
-    for (ContactPoint& m : contacts_) {
-      if (!touches(m)) continue;
-      if (next_touch(m) >= 0) m.before = 0, m.after = m.duration = earliest, m.active = true;
-      hold(m, earliest);
-      ContactPoint& impact = overlaps_.emplace_back(m);
-      impact.active = true, impact.duration = earliest;
-      ContactSolver::set_arms(solver_bodies_, impact, earliest);
-      impact.offset = -(m.path_gain + m.acceleration * earliest);
-      impact.normal_impulse = 0, impact.friction_impulse = {};
-      impact.tangent_impulse[0] = impact.tangent_impulse[1] = 0;
-    }
-    now = earliest;
-    resting_solver_.solve(solver_bodies_, overlaps_, tolerance_ * fastest, particles_->pool());
-  }
-  for (ContactPoint& m : contacts_) {
-    const auto [gap, rate] = gap_and_rate(m);
-    const double s = next_touch(m);
-    if (s >= 0) {
-      m.active = true, m.after = s;
-      m.given = m.path_gain + m.acceleration * s, m.before = rate - m.given;
-      m.duration = rate < 0 ? std::clamp(gap / rate, 0.0, h) : s;
-    } else if (landing > 0) {
-      m.active = m.active && gap <= m.tiny;
-    }
-    if (landing > 0 || (s >= 0 && m.second < 0))
-      ContactSolver::set_arms(solver_bodies_, m, m.duration);
-  }
 }
 
 // Activates the contacts that impulses close before the end of the step. True if there are any.
@@ -181,7 +108,9 @@ double RigidContact::solve(const Step& step) {
         m.duration = std::clamp(gap / rate, 0.0, m.after);
     }
   }
-  if (few && !any_bounces) land_in_order(h);
+  if (few && !any_bounces)
+    landing_solver_.solve(solver_bodies_, contacts_, h, tolerance_, resting_solver_,
+                          particles_->pool());
   contact_solver_.start(solver_bodies_, contacts_);
   for (ContactPoint& m : contacts_) {
     if (!m.active) m.normal_impulse = m.tangent_impulse[0] = m.tangent_impulse[1] = 0;

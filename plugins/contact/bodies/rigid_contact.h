@@ -9,6 +9,7 @@
 #include "contact_solver.h"
 #include "core/particles/explicit/contact_pass.h"
 #include "core/particles/step_correction.h"
+#include "landing_solver.h"
 #include "resting_solver.h"
 #include "sweep_and_prune.h"
 
@@ -66,7 +67,6 @@ class RigidContact {
     double scale = 0, pushed = 0;        // m, of small gaps; how much further contact is sought
     double duration = 0;  // s: a force through the step moves it by lever * its velocity
     double gained = 0;    // (m/s)^2: the velocity change by forces and constraints
-    double held = 0;      // s, before the end of the step: since when something touches it
     bool fixed = false, fast = false;  // one of its particles is pinned; it is seen on its way
   };
   struct Found {
@@ -91,7 +91,6 @@ class RigidContact {
   void apply_warm_start(ContactPoint& contact, std::size_t& kept) const;
   void find_further(const Step& step);
   bool bounces(const ContactPoint& contact) const;
-  void land_in_order(double h), separate(double t), store_warm_start();
   std::pair<double, double> gap_and_rate(const ContactPoint& contact) const;
   bool activate(double h, double& scale);
   bool hold_open(double h, double scale), bound_moves(double h), stay_apart() const;
@@ -99,12 +98,15 @@ class RigidContact {
   void copy_moves(), take_moves(), project_moves(), fit_moves(bool bounded);
   void solve_moves(std::span<ContactPoint> contacts, double tolerance);
   bool pass_through(const Step& step);
+  void separate(double t);
   void store(double* x_next);
+  void store_warm_start();
 
   BodyCollision body_collision_;
   Particles* particles_;
   std::optional<ParticleContactPass> contact_pass_;  // of single particles and colliders
   ContactSolver contact_solver_;
+  LandingSolver landing_solver_;
   RestingSolver resting_solver_;
   double tolerance_, gap_tolerance_, shortest_ = 0;  // the last: s, of the flights of this step
   std::unique_ptr<BodyJoints> joints_;  // if there are others than bodies have by themselves
