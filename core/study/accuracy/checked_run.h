@@ -9,7 +9,7 @@ namespace sim::study {
 
 class CheckedRun {
  public:
-  // time: of the run, s. allowed: error. Both outlive it.
+  // time: of the run, s. allowed: error. The problem and the method outlive it.
   CheckedRun(const Problem& problem, const Candidate& method, const TrialRun& plan, double time,
              double allowed)
       : problem_(problem), method_(method), plan_(plan), time_(time), allowed_(allowed) {}

@@ -76,7 +76,7 @@ SeparatingAxis::SeparatingAxis(const TurnedBox& a, const TurnedBox& b, double si
     return true;
   };
   for (std::size_t k = 0; k < 3; ++k) {
-    const double reach = a.half[k] + b.half.dot(Vec3(size_of(k, 0), size_of(k, 1), size_of(k, 2)));
+    const double reach = a.half[k] + b.half.dot(size_of.row(k));
     const double separation = std::fabs(along_a[k]) - reach;
     if (separation > gap) take(separation, along_a[k], a.axis[k], kFaceOfFirst, k, 0);
     if (apart(separation)) return;
