@@ -17,9 +17,9 @@ namespace sim {
 struct SolverBody {
   double inverse_mass = 0;          // 1/kg
   Mat3 inverse_inertia;             // in space, 1/(kg m^2)
-  Vec3 center;                      // m, at the end of the step without contact
   Vec3 velocity, angular_velocity;  // m/s, rad/s
   Vec3 translation, rotation;       // m, rad: the motion by the impulses so far
+  Vec3 center;                      // m, at the end of the step without contact
   double gained = 0;                // m/s, by forces within the step
 };
 
