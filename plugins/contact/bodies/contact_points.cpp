@@ -179,7 +179,7 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
                                const Step& step, double left, Found& found) const {
   const double t = step.t, h = step.h;
   const auto f = static_cast<std::size_t>(first);
-  ContactPoint m;
+  ContactPoint& m = found.contacts.emplace_back();
   m.key1 = key(first), m.key2 = second >= 0 ? key(second) : -1 - collider;
   m.first = first, m.second = second, m.collider = collider, m.feature = point.feature;
   m.normal = point.normal, m.rounding = point.rounding;
@@ -240,7 +240,6 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
     m.duration = rate < 0 ? std::clamp(m.gap / rate, 0.0, h) : duration;
   }
   apply_warm_start(m, found.kept);
-  found.contacts.push_back(m);
 }
 
 // Applies the impulses of the step before. kept: where those of a pair begin, perhaps of this one.

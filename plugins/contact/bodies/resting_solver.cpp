@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "anderson.h"
 
@@ -175,7 +176,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
     for (std::size_t k; (k = next++) < count_;) {
       Island& island = islands_[k];
       for (std::size_t r = island.begin; r < island.end; ++r)
-        rows_[r] = ContactRow(bodies, contacts[rows_[r].contact], rows_[r].contact);
+        std::construct_at(&rows_[r], bodies, contacts[rows_[r].contact], rows_[r].contact);
       residuals_[k] = solve_island(bodies, island, tolerance,
                                    newtons_[static_cast<std::size_t>(rank)], gives_up);
       store(bodies, island, contacts);
