@@ -13,7 +13,7 @@ inline constexpr double kInPulse = 4;                // steps in the shortest pu
 
 class GoalTrials {
  public:
-  // Both outlive it.
+  // The problem and the goal outlive it.
   GoalTrials(const Problem& problem, const ErrorGoal& goal);
 
   double step() const { return step_; }          // s, that the scene or the goal asks for

@@ -31,7 +31,7 @@ struct ContactPoint {
   Vec3 ground;              // velocity of the fixed side, m/s
   double gap = 0;           // m, at the end of the free step
   double tiny = 0;          // m: a gap that is none
-  double rounding = -1;     // as ManifoldPoint has it
+  double rounding = -1;     // m, see ManifoldPoint
   // The motion in which impacts are sought: the free motion, but without forces if there is contact
   // from the start, since the contact balances them.
   double path_gap = 0, path_gain = 0;  // m, at the end; m/s, not counted in the rate there

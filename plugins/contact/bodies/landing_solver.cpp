@@ -9,7 +9,7 @@ namespace sim {
 namespace {
 
 constexpr int kMostLandings = 16;      // times of impact in a step
-constexpr double kSlowLanding = 1e-3;  // of the fastest: what rests
+constexpr double kSlowLanding = 1e-3;  // of the fastest approach: a slower point rests
 
 }  // namespace
 

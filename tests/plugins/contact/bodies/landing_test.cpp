@@ -67,11 +67,11 @@ TEST_CASE("a capsule that bounces on one end and then the other is pushed where 
           "[rigid]") {
   constexpr double kTilt = 0.1, kHalf = 0.1, kRadius = 0.02, kRestitution = 0.5, kTime = 0.03;
   const std::string scene =
-      "return sim.scene { bodies = { sim.rigid { shape = sim.capsule { radius = 0.02, length = 0.2 "
-      "}, mass = 1, position = {0, 0.05, 0}, velocity = {0, -1, 0}, rotation = {0, 0, math.pi / 2 "
-      "+ "
-      "0.1}, restitution = 0.5 } }, colliders = { sim.collider.plane {} }, forces = {}, integrator "
-      "= 'verlet', dt = 0.005, duration = 0.03 }\n";
+      "local b = sim.rigid { shape = sim.capsule { radius = 0.02, length = 0.2 }, mass = 1,\n"
+      "  position = {0, 0.05, 0}, velocity = {0, -1, 0}, restitution = 0.5,\n"
+      "  rotation = {0, 0, math.pi / 2 + 0.1} }\n"
+      "return sim.scene { bodies = { b }, colliders = { sim.collider.plane {} }, forces = {},\n"
+      "  integrator = 'verlet', dt = 0.005, duration = 0.03 }\n";
   for (const double dt : {0.01, 0.001, 0.0001}) {
     TextRun run(scene, "verlet", dt);
     const double inertia = run.system.body(0).inertia(run.system.body_state(0))(2, 2);
