@@ -218,8 +218,10 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
   if (choice.kept && std::isfinite(choice.cost_of_ten))
     cost += "; ten times the error would cost " +
             brief(std::min(1.0, choice.cost_of_ten / choice.cost), 2) + " times that";
-  cost += "; trials took " + brief(choice.trials / choice.cost, 2) + " times that";
-  if (choice.mended > 0) cost += ", " + counted(choice.mended, "run") + " that missed among them";
+  cost += "; trials took " + brief(choice.trials / choice.cost, 2) + " times that, its check " +
+          brief(choice.check / choice.cost, 2);
+  if (choice.mended > 0)
+    cost += ", " + counted(choice.mended, "run") + " that missed among the trials";
   return text + label("cost", wrapped(cost, 12, 12));
 }
 

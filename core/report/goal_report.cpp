@@ -47,6 +47,7 @@ std::string goal_json(const GoalChoice& choice, const std::string& of, const std
       .number("over_cheapest", over_cheapest(choice))
       .number("cost_of_ten_times", choice.cost_of_ten)
       .number("trials", choice.trials)
+      .number("check", choice.check)
       .integer("mended", choice.mended)
       .number("window", choice.window)
       .text("command", command)

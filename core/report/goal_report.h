@@ -11,8 +11,9 @@
 namespace sim::report {
 
 // {"allowed","size","of","integrator","dt","tol","error","largest","kept","horizon","chaotic",
-//  "cost","over_cheapest","cost_of_ten_times","trials","mended","window","command",
-//  "candidates":[{"integrator","cost","order","runs"}]}; `of`: the quantity, or "" for positions.
+//  "cost","over_cheapest","cost_of_ten_times","trials","check","mended","window",
+//  "command","candidates":[{"integrator","cost","order","runs"}]}; `of`: the quantity, or "" for
+//  positions.
 std::string goal_json(const study::GoalChoice& choice, const std::string& of,
                       const std::string& command);
 

@@ -20,18 +20,6 @@ using sim::study::RunDeviation;
 using sim::study::Trust;
 using sim::study::Verdict;
 
-namespace {
-
-sim::SystemSpec make_lorenz() {
-  return make_field({1, 1, 1}, [](double, std::span<const double> x, std::span<double> d) {
-    d[0] = 10 * (x[1] - x[0]);
-    d[1] = x[0] * (28 - x[2]) - x[1];
-    d[2] = x[0] * x[1] - 8.0 / 3 * x[2];
-  });
-}
-
-}  // namespace
-
 TEST_CASE(
     "what a refined run is compared by are the coordinates of all particles, or all numbers") {
   sim::Registry registry = sim_test::make_registry();

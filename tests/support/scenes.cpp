@@ -126,6 +126,20 @@ sim::SystemSpec make_row(int mode, double amplitude) {
   return spec;
 }
 
+sim::SystemSpec make_lorenz() {
+  sim::SystemSpec spec;
+  spec.name = "lorenz";
+  const sim::OdeFunction f = [](double, std::span<const double> x, std::span<double> dxdt) {
+    dxdt[0] = 10 * (x[1] - x[0]);
+    dxdt[1] = x[0] * (28 - x[2]) - x[1];
+    dxdt[2] = x[0] * x[1] - 8.0 / 3 * x[2];
+  };
+  spec.first_order = sim::FirstOrderSpec{1, {1, 1, 1}, make_part("lua", {{"f", f}})};
+  spec.integrator = "rk4";
+  spec.dt = 0.01;
+  return spec;
+}
+
 sim::SystemSpec make_falling(double mass, double drag) {
   sim::SystemSpec spec = make_system("falling");
   spec.particles.emplace();

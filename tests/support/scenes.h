@@ -55,6 +55,8 @@ sim::SystemSpec make_particle(const sim::Vec3& position, const sim::Vec3& veloci
 sim::PartSpec make_sphere(double friction = 0);               // of 1 m about the origin
 sim::PartSpec make_slope(double angle, double friction = 0);  // a plane that rises along x
 
+sim::SystemSpec make_lorenz();  // x' = 10 (y - x) and so on: chaos, Lorenz (1963)
+
 // With the defaults of its parameters.
 sim::IntegratorInfo info_of(const std::string& integrator, sim::Registry& registry);
 

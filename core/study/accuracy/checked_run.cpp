@@ -7,10 +7,12 @@
 namespace sim::study {
 
 bool CheckedRun::see(const TrialRun& plan, const RunWatch& go_on, const RunChange& change,
-                     SeenRun& to) const {
+                     SeenRun& to) {
   bool ended = false;
   const RunWatch watch = [&](double part) { return !(ended = ended || !go_on(part)); };
   to = seen_run(problem_, method_, plan, time_, watch, change);
+  cost_ += to.cost;
+  spent_ += to.cost;
   return !ended;
 }
 
@@ -44,8 +46,9 @@ bool CheckedRun::run_between(const RunWatch& go_on) {
   return true;
 }
 
-bool CheckedRun::is_chaotic(bool corrected, double size, const RunWatch& go_on) const {
+bool CheckedRun::is_chaotic(bool corrected, double size, const RunWatch& go_on) {
   constexpr double kAway = 1e-8, kChaos = 1e5;
+  if (!fine_.finished) return false;
   SeenRun neighbour;
   if (!see(refined(plan_, corrected), go_on, {.disturbed = kAway * size}, neighbour)) return false;
   return error_course(problem_, fine_, neighbour).most > kChaos * kAway * size;

@@ -9,10 +9,16 @@ namespace sim::study {
 
 class CheckedRun {
  public:
-  // time: of the run, s. allowed: error. The problem and the method outlive it.
+  // time: of the run, s. allowed: error. spent: evaluations, to which those of its runs are added.
+  // The problem, the method and that sum outlive it.
   CheckedRun(const Problem& problem, const Candidate& method, const TrialRun& plan, double time,
-             double allowed)
-      : problem_(problem), method_(method), plan_(plan), time_(time), allowed_(allowed) {}
+             double allowed, double& spent)
+      : problem_(problem),
+        method_(method),
+        plan_(plan),
+        time_(time),
+        allowed_(allowed),
+        spent_(spent) {}
 
   // These run it; false if `go_on` ended that.
   bool run(const RunWatch& go_on) { return see(plan_, go_on, {}, run_); }
@@ -23,8 +29,8 @@ class CheckedRun {
   // acts and springs break.
   bool run_between(const RunWatch& go_on);
   // True if a neighbour of the refined run, a hundred-millionth of `size` away, diverges from it as
-  // far as chaos takes it; false if `go_on` ended its run.
-  bool is_chaotic(bool corrected, double size, const RunWatch& go_on) const;
+  // far as chaos takes it; false if `go_on` ended its run, or the refined run failed.
+  bool is_chaotic(bool corrected, double size, const RunWatch& go_on);
 
   // The errors by the refined run, where errors fall by `falls` from one to the other.
   void compare(double falls);
@@ -40,9 +46,10 @@ class CheckedRun {
   // Until the last state before the error is beyond the one allowed, s; infinite if it never is.
   double horizon() const { return horizon_; }
   bool kept() const { return error_ <= allowed_; }
+  double check_cost() const { return cost_ - run_.cost; }  // of all runs but the first, evaluations
 
  private:
-  bool see(const TrialRun& plan, const RunWatch& go_on, const RunChange& change, SeenRun& to) const;
+  bool see(const TrialRun& plan, const RunWatch& go_on, const RunChange& change, SeenRun& to);
   double kept_until(const ErrorCourse& course, double allowed) const;
   void worsen(const ErrorCourse& course, double times, double allowed);
 
@@ -50,8 +57,9 @@ class CheckedRun {
   const Candidate& method_;
   TrialRun plan_;
   double time_, allowed_;
+  double& spent_;
   SeenRun run_, fine_;
-  double error_ = 0, largest_ = 0, horizon_ = HUGE_VAL;
+  double cost_ = 0, error_ = 0, largest_ = 0, horizon_ = HUGE_VAL;
 };
 
 }  // namespace sim::study

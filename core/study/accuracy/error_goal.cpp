@@ -44,6 +44,8 @@ class Chooser {
   double least_known() const;  // the cost of the run, as far as trials tell
   double done() const { return spent() + runs_cost_; }                           // evaluations
   double rate() const { return done() > 0 ? (seconds() - lost_) / done() : 0; }  // s of one
+  // Evaluations that would have taken as long as the trials that were given up.
+  double given_up() const { return lost_ > 0 && rate() > 0 ? lost_ / rate() : 0; }
   double free_seconds() const;
   bool cheaper_than_run(const MethodTrials& next) const;  // with all trials before
   double seconds() const { return static_cast<double>(std::clock() - begin_) / CLOCKS_PER_SEC; }
@@ -78,6 +80,7 @@ class Chooser {
   bool check(const MethodTrials& chosen, double cost, double falls, CheckedRun& checked);
   bool check_between(CheckedRun& checked);
   void hear_others(const MethodTrials& chosen, CheckedRun& checked) const;
+  bool is_chaotic(CheckedRun& checked);
   void keep(CheckedRun&& checked, bool from_scene);
   void tell_best();
   std::string own_name() const {
@@ -100,11 +103,12 @@ class Chooser {
   const ErrorGoal& goal_;
   const Watch& watch_;
   GoalTrials goal_trials_;
-  double weight_ = 1;       // evaluations of 64 particles that one takes
-  std::clock_t begin_ = 0;  // of the trials
-  double checks_ = 0;       // evaluations that checks took
-  double lost_ = 0;         // s, of trials that were given up
-  double runs_cost_ = 0;    // of the runs that are done, evaluations
+  double weight_ = 1;        // evaluations of 64 particles that one takes
+  std::clock_t begin_ = 0;   // of the trials
+  double checks_ = 0;        // evaluations that checks took
+  double lost_ = 0;          // s, of trials that were given up
+  double runs_cost_ = 0;     // of the runs that are done, evaluations
+  double chaotic_from_ = 0;  // s, the horizon of a run that has shown chaos
   bool told_ = false;
   std::vector<MethodTrials> trials_;
   std::optional<CheckedRun> best_;
@@ -125,7 +129,7 @@ Chooser::Chooser(const Problem& problem, const ErrorGoal& goal, const Watch& wat
 }
 
 bool Chooser::go_on(const std::string& what, double part, double cost, double later) {
-  const double before = done(), all = before + cost + later;
+  const double before = done() + given_up(), all = before + cost + later;
   told_ = told_ || !watch_(what, all < HUGE_VAL ? (before + part * cost) / all : 0);
   return !told_;
 }
@@ -213,14 +217,19 @@ double Chooser::ahead() const {
   return least;
 }
 
+// A trial that falls far behind is given up before its time is over.
 bool Chooser::refine(MethodTrials& method) {
-  constexpr double kPart = 0.25;  // of the time that is left, for one trial
+  constexpr double kPart = 0.25;   // of the time that is left, for one trial
+  constexpr double kBehind = 3;    // times slower than it may be
+  constexpr double kJudged = 0.2;  // of that time, before which starts may be slow
   const bool may_last = cheaper_than_run(method);
-  const double begin = seconds(), end = begin + kPart * std::max(0.0, free_seconds() - begin);
+  const double begin = seconds(), most = kPart * std::max(0.0, free_seconds() - begin);
   const double later = ahead();
   bool late = false;
   const bool done = method.refine([&](double part) {
-    late = late || (!may_last && seconds() > end);
+    const double taken = seconds() - begin;
+    const bool behind = taken > kJudged * most && kBehind * part * most < taken;
+    late = late || (!may_last && (behind || taken > most));
     return go_on(method.method().label, part, method.next_cost(), later) && !late;
   });
   if (!done && !told_) {  // others may be quicker
@@ -395,11 +404,9 @@ bool Chooser::check(const MethodTrials& chosen, double cost, double falls, Check
     return [=, this](double part) { return go_on(method.label + what, part, own, later); };
   };
   if (!checked.run(watch(", the run", cost, dearer * cost))) return false;
-  runs_cost_ += checked.seen().cost;
   if (!checked.refine(goal_trials_.corrected(),
                       watch(", the refined run", dearer * checked.seen().cost, 0)))
     return false;
-  runs_cost_ += checked.fine().cost;
   checked.compare(falls);
   hear_others(chosen, checked);
   return !checked.kept() || check_between(checked);
@@ -408,9 +415,20 @@ bool Chooser::check(const MethodTrials& chosen, double cost, double falls, Check
 bool Chooser::check_between(CheckedRun& checked) {
   const double cost = checked.seen().cost;
   if (!checked.seen().acted_at_ends) return true;
-  runs_cost_ += cost;
   return checked.run_between(
       [&](double part) { return go_on(checked.method().label + ", between", part, cost, 0); });
+}
+
+// Where a run has shown chaos, a finer one keeps the error little longer.
+bool Chooser::is_chaotic(CheckedRun& checked) {
+  constexpr double kLittleLonger = 3;
+  if (checked.horizon() < kLittleLonger * chaotic_from_) return true;
+  const double cost = checked.fine().cost;
+  const bool chaotic = checked.is_chaotic(goal_trials_.corrected(), result_.size, [&](double part) {
+    return go_on("neighbour", part, cost, 0);
+  });
+  if (chaotic) chaotic_from_ = checked.horizon();
+  return chaotic;
 }
 
 // Keeps the run if it is the best so far.
@@ -434,6 +452,7 @@ void Chooser::tell_best() {
   result_.error = best_->error();
   result_.largest = best_->largest();
   result_.cost = best_->seen().cost;
+  result_.check = best_->check_cost();
   result_.kept = best_->kept();
   result_.horizon = best_->horizon();
 }
@@ -450,25 +469,21 @@ void Chooser::run_whole(MethodTrials& chosen, const Beginning& beginning) {
                    .enough = chosen.kept_at(in_window()) * longer_than_window(chosen),
                    .finest = tried > 0 ? kMostTimesFiner * kMostTimesFiner * tried : HUGE_VAL,
                    .most_cost = beginning.most_cost});
-  double expected = predicted_cost(chosen);
+  double expected = whole(chosen.cost_at(fineness / longer_than_window(chosen)));
   for (int attempt = 0;; ++attempt) {
     TrialRun plan = trial_run(method, fineness, goal_trials_.states_in(method, result_.time));
     if (is_fixed(method))
       plan.steps = static_cast<std::int64_t>(std::ceil(result_.time / goal_.dt - 1e-9));
     if (!refinement.by_tolerance()) fineness = static_cast<double>(plan.steps);
-    CheckedRun checked(problem_, method, plan, result_.time, result_.allowed);
+    CheckedRun checked(problem_, method, plan, result_.time, result_.allowed, runs_cost_);
     const double falls = elementary::pow(refinement.factor(), -mending.exponent());
     if (!check(chosen, expected, falls, checked)) return;
-    const double cost = checked.seen().cost, refined_cost = checked.fine().cost,
-                 error = checked.error();
+    const double cost = checked.seen().cost, error = checked.error();
     const bool last = checked.kept() || is_fixed(method) || attempt == beginning.most_mendings;
-    const bool chaotic =
-        !last && attempt == 0 && error > 10 * result_.allowed && !problem_.of &&
-        checked.is_chaotic(goal_trials_.corrected(), result_.size,
-                           [&](double part) { return go_on("neighbour", part, refined_cost, 0); });
+    const bool chaotic = !last && attempt == 0 && error > 10 * result_.allowed && !problem_.of &&
+                         is_chaotic(checked);
     keep(std::move(checked), beginning.from_scene);
     if (last || told_) return;
-    result_.trials += cost + refined_cost;
     result_.chaotic = chaotic;
     if (chaotic) return;
     const double free = std::min(kFree / weight_, kFreeSeconds / (rate() * (1 + dearer)));
@@ -493,7 +508,6 @@ void Chooser::tell_candidates() {
     GoalCandidate told{each.method().label, whole(each.predict(allowed).cost), each.exponent(),
                        each.runs(), ""};
     result_.cost_of_ten = std::min(result_.cost_of_ten, whole(each.predict(10 * allowed).cost));
-    result_.trials += each.spent();
     result_.candidates.push_back(std::move(told));
   }
   std::ranges::stable_sort(result_.candidates, {}, &GoalCandidate::cost);
@@ -514,6 +528,7 @@ GoalChoice Chooser::choose() {
   if (!told_ && chosen && !(best_ && best_->kept()))
     run_whole(*chosen, {predicted_fineness(*chosen), mendings});
   tell_best();
+  result_.trials = done() + given_up() - result_.cost - result_.check;
   result_.complete = !told_;
   return std::move(result_);
 }

@@ -44,7 +44,8 @@ struct GoalChoice {
   double error = std::nan(""), largest = std::nan("");  // rms, and of any particle
   double cost = 0;                // evaluations, implicit equations at a fixed price, see cost_of()
   double cost_of_ten = HUGE_VAL;  // the cheapest that keeps ten times the error
-  double trials = 0;              // cost of all trials
+  double check = 0;               // cost of the runs that check the chosen one
+  double trials = 0;              // cost of all others, and of trials that were given up
   int mended = 0;                 // how often a run missed and a finer one was taken
   bool kept = false;
   bool asked = true;                // see RequiredError

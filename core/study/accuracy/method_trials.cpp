@@ -105,8 +105,13 @@ CostPrediction MethodTrials::predict(double allowed) const {
       fineness = std::max(
           fineness, run.fineness * std::min(elementary::pow(run.error / allowed, 1 / exponent_),
                                             refinement_.factor()));
+  return {fineness, cost_at(fineness)};
+}
+
+double MethodTrials::cost_at(double fineness) const {
+  if (runs_ == 0) return next_cost_ * elementary::pow(fineness / first_, refinement_.cost());
   const double slope = elementary::log(next_cost_ / cost_) / elementary::log(refinement_.factor());
-  return {fineness, cost_ * elementary::pow(fineness / fineness_, slope)};
+  return cost_ * elementary::pow(fineness / fineness_, slope);
 }
 
 bool MethodTrials::can_coarsen(double allowed) const {

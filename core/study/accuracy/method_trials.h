@@ -52,6 +52,7 @@ class MethodTrials {
 
   // The cheapest run that keeps this error, as far as the measurements tell.
   CostPrediction predict(double allowed) const;
+  double cost_at(double fineness) const;  // of such a run, as far as they tell
   // A lower bound on the cost of a run that keeps it, if the claimed order holds from the finest
   // run on.
   double least_cost(double allowed) const;
