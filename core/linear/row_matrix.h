@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -10,6 +11,8 @@
 #include "core/math/vec3.h"
 
 namespace sim {
+
+struct RowStructure;
 
 // A is sparse: rows are coupled where they share a free node. The pattern is analysed once; a
 // chain takes time linear in its links. A = L D L^T row by row (Davis (2006), Direct Methods for
@@ -28,6 +31,8 @@ class RowMatrix {
   // its gradient is orthogonal to those of such rows that it shares nodes with; empty: none.
   RowMatrix(const RowPattern& pattern, std::span<const double> weights,
             std::span<const std::uint8_t> orthogonal = {});
+  // The matrix is one of several of the same rows.
+  explicit RowMatrix(std::shared_ptr<const RowStructure> structure);
 
   void share(ThreadPool* pool) { pool_ = pool; }  // between its threads; null: the caller alone
 
@@ -37,18 +42,11 @@ class RowMatrix {
   void factorise_obeyed(std::span<const Vec3> gradient, std::span<const double> weights);
   void solve(double* x);  // x := A^-1 x, in the order of the rows
 
-  int dependent() const;                             // rows that follow from others, as it seems
-  int first_dependent() const;                       // -1: none
-  std::size_t fill() const { return rows_.size(); }  // numbers of L
+  int dependent() const;        // rows that follow from others, as it seems
+  int first_dependent() const;  // -1: none
+  std::size_t fill() const;     // numbers of L
 
  private:
-  struct Product {  // w_i g_a . g_b, a part of one entry of A
-    int a, b, node;
-  };
-  struct Place {
-    int column, slot;
-  };
-
   struct Component {
     int begin = 0, end = 0;   // places of the order
     std::size_t work = 0;     // of it and those before
@@ -57,7 +55,6 @@ class RowMatrix {
     int dependent = 0, first_dependent = -1;
   };
 
-  void analyse(const std::vector<std::vector<int>>& columns);
   template <class Body>
   void for_each(const Body& body);
   void factorise(Component& of, std::span<const Vec3> gradient, std::span<const double> weights,
@@ -70,18 +67,12 @@ class RowMatrix {
   void multiply(const Component& of, const double* x, double* out) const;
   void refine(const Component& of);
 
-  int size_;
+  std::shared_ptr<const RowStructure> structure_;
   ThreadPool* pool_ = nullptr;
   std::vector<Component> components_;
-  std::vector<int> row_at_;  // the row that stands at each place of the order
-  // Entries of A on and above the diagonal, column by column, the diagonal last.
-  std::vector<int> entry_begin_, entry_row_, product_begin_;
-  std::vector<Product> products_;
-  std::vector<double> entries_;
-  // L by columns without its diagonal; row k of it as the columns with an entry, ascending.
-  std::vector<int> column_begin_, rows_, place_begin_;
-  std::vector<Place> places_;
-  std::vector<double> values_, inverse_, work_, x_, rest_, found_;
+  std::vector<double> entries_;  // of A, as the structure has them
+  std::vector<double> values_;   // of L, by columns without its diagonal
+  std::vector<double> inverse_, work_, x_, rest_, found_;
   std::vector<std::uint8_t> empty_;  // rows in which nothing moves
 };
 

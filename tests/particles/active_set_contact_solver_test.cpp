@@ -87,8 +87,8 @@ struct Linear final : ActiveSetContactSolver::Problem {
     std::vector<double> zero(kParticles);
     ParticleView view{.n = kParticles, .x = zero.data(), .y = zero.data(), .z = zero.data()};
     view.vx = view.vy = view.vz = zero.data(), view.mass = mass.data();
-    constraints.set_masses(mass);
     constraints.add(std::make_unique<PlainRows>(pattern, gradient), "plain", "", 0, view);
+    constraints.set_masses(mass);
     ActiveSetContactSolver solver(constraints);
     // The last contact comes later, as one that the others cause does.
     const std::size_t first = contacts.empty() ? 0 : contacts.size() - 1;

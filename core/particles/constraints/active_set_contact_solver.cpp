@@ -18,7 +18,7 @@ constexpr double kSameDirection = 1e-4;  // remainder of a normal in the span of
 
 ActiveSetContactSolver::ActiveSetContactSolver(const Constraints& constraints)
     : constraints_(&constraints),
-      matrix_(constraints.rows().pattern, constraints.weights()),
+      matrix_(constraints.structure()),
       group_of_(constraints.weights().size(), -1),
       projected_(constraints.rows().pattern.ids.size()),
       rest_(static_cast<std::size_t>(constraints.rows().rows())),

@@ -33,7 +33,7 @@ ConstraintSolver::ConstraintSolver(const Constraints& constraints, ThreadPool* p
     : constraints_(&constraints),
       values_(constraints.rows()),
       other_(constraints.rows()),
-      matrix_(constraints.rows().pattern, constraints.weights(), constraints.rows().orthogonal),
+      matrix_(constraints.structure()),
       lambda_(static_cast<std::size_t>(constraints.rows().rows())),
       rest_(lambda_.size()),
       trial_(3 * constraints.weights().size()),

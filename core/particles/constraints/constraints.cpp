@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/assert.h"
+#include "core/linear/row_structure.h"
 
 namespace sim {
 
@@ -49,6 +50,7 @@ void Constraints::set_masses(std::span<const double> masses) {
   weights_.assign(masses.size(), 0);
   for (std::size_t i = 0; i < masses.size(); ++i)
     if (masses[i] < HUGE_VAL) weights_[i] = 1 / masses[i];
+  structure_ = std::make_shared<const RowStructure>(rows_.pattern, weights_, rows_.orthogonal);
 }
 
 bool Constraints::move() const {

@@ -12,6 +12,8 @@
 
 namespace sim {
 
+struct RowStructure;
+
 class Constraints {
  public:
   using Axes = std::array<double*, 3>;
@@ -19,10 +21,11 @@ class Constraints {
   // Binds a constraint to the initial state and adds it. feedback: 1/s, see accelerate().
   void add(std::unique_ptr<Constraint> constraint, const std::string& name,
            const std::string& place, double feedback, const ParticleView& initial);
-  // Sets the masses, infinite where pinned; users have to be made again.
+  // Sets the masses, infinite where pinned, of particles that all constraints have been added to,
+  // or refreshed; users have to be made again.
   void set_masses(std::span<const double> masses);
 
-  // Reads all patterns again, when ties are broken or mended; users have to be made again.
+  // Reads all patterns again, when ties are broken or mended; set_masses() follows.
   void refresh();
 
   bool empty() const noexcept { return parts_.empty(); }
@@ -33,6 +36,8 @@ class Constraints {
   std::size_t internal_size() const noexcept { return memory_; }  // in whole cache lines
   std::span<const double> weights() const noexcept { return weights_; }  // 1/kg, 0 where pinned
   const RowList& rows() const noexcept { return rows_; }
+  // All users share the structure of their matrices.
+  const std::shared_ptr<const RowStructure>& structure() const noexcept { return structure_; }
   const std::string& title(const RowList::Part& part) const;  // "constraint 'distance'"
   const std::string& place(const RowList::Part& part) const;
 
@@ -50,6 +55,7 @@ class Constraints {
 
   std::vector<Entry> parts_;
   RowList rows_;
+  std::shared_ptr<const RowStructure> structure_;
   std::vector<double> weights_;
   std::vector<std::string> notes_;
   double feedback_ = 0, size_ = 0;

@@ -1,7 +1,9 @@
 #include "body_collision.h"
 
 #include <algorithm>
+#include <map>
 #include <ranges>
+#include <tuple>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -42,7 +44,7 @@ void drop_repeated(std::vector<ManifoldPoint>& points, std::size_t begin, double
   points.resize(end);
 }
 
-double thinness_of(const RigidShape& shape, const std::optional<Hull>& hull, double radius) {
+double thinness_of(const RigidShape& shape, const Hull* hull, double radius) {
   if (shape.form == Form::kBox)
     return std::min(shape.half[0], std::min(shape.half[1], shape.half[2]));
   if (shape.is_round()) return shape.radius;
@@ -53,6 +55,28 @@ double thinness_of(const RigidShape& shape, const std::optional<Hull>& hull, dou
   return least;
 }
 
+// Equal shapes share a hull.
+class Hulls {
+ public:
+  std::shared_ptr<const Hull> of(const RigidShape& shape) {
+    if (shape.is_round()) return nullptr;
+    Key key{shape.form, {}, shape.triangles};
+    std::vector<double>& numbers = std::get<1>(key);
+    numbers.assign(shape.half.begin(), shape.half.end());
+    for (const Vec3& point : shape.points)
+      numbers.insert(numbers.end(), point.begin(), point.end());
+    const auto [at, is_new] = known_.try_emplace(std::move(key));
+    if (is_new)
+      if (std::optional<Hull> hull = hull_of(shape))
+        at->second = std::make_shared<const Hull>(std::move(*hull));
+    return at->second;
+  }
+
+ private:
+  using Key = std::tuple<Form, std::vector<double>, std::vector<std::array<int, 3>>>;
+  std::map<Key, std::shared_ptr<const Hull>> known_;
+};
+
 std::string meters(double length) { return brief(length, 3) + " m"; }
 
 }  // namespace
@@ -60,16 +84,17 @@ std::string meters(double length) { return brief(length, 3) + " m"; }
 BodyCollision::BodyCollision(BodyCollisionSpec spec, const Particles& particles,
                              const double* initial)
     : spec_(std::move(spec)), particles_(&particles) {
+  Hulls hulls;
   for (const RigidBody& body : spec_.bodies) {
     radii_.push_back(body.radius());
     std::vector<Part>& parts = parts_.emplace_back();
     double& thinness = thinnesses_.emplace_back(HUGE_VAL);
     each_part(body.shape(), [&](const RigidShape& shape, const Vec3& at, const Mat3& axes) {
-      Part part{&shape, hull_of(shape), at, axes, {}, 0};
+      Part part{&shape, hulls.of(shape), at, axes, {}, 0};
       const Vec3 middle = part.hull ? part.hull->middle : Vec3();
       part.middle = at + axes * middle;
       part.radius = radius_about(shape, middle);
-      thinness = std::min(thinness, thinness_of(shape, part.hull, part.radius));
+      thinness = std::min(thinness, thinness_of(shape, part.hull.get(), part.radius));
       parts.push_back(std::move(part));
     });
   }
@@ -88,7 +113,7 @@ bool BodyCollision::are_joined(int i, int j) const {
 
 Placed BodyCollision::placed(int i, const Part& part, const RigidState& state) const {
   const bool whole = parts(i).size() == 1;
-  return {part.shape, part.hull ? &*part.hull : nullptr, body(i).place(state, part.at),
+  return {part.shape, part.hull.get(), body(i).place(state, part.at),
           whole ? state.axes : state.axes * part.axes};
 }
 

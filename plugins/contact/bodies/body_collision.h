@@ -1,7 +1,7 @@
 // Collision detection between the bodies of a scene, its colliders and its single particles.
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -48,8 +48,8 @@ class BodyCollision final : public BodyGeometry {
   // A body has one part, or those of a compound.
   struct Part {
     const RigidShape* shape;
-    std::optional<Hull> hull;
-    Vec3 at;  // of its frame in that of the body, m
+    std::shared_ptr<const Hull> hull;  // of all parts of this shape; null where it has none
+    Vec3 at;                           // of its frame in that of the body, m
     Mat3 axes;
     Vec3 middle;  // m, of the same frame, and the radius of a ball about it that holds the part
     double radius = 0;
