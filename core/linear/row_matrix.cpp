@@ -5,7 +5,6 @@
 
 #include "core/base/assert.h"
 #include "core/base/slot.h"
-#include "core/linear/row_structure.h"
 
 namespace sim {
 
@@ -15,17 +14,13 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights,
 
 RowMatrix::RowMatrix(std::shared_ptr<const RowStructure> structure)
     : structure_(std::move(structure)) {
-  components_.reserve(structure_->components.size());
-  for (const RowStructure::Component& each : structure_->components)
-    components_.push_back({each.begin, each.end, each.work, each.orthogonal});
+  for (const RowStructure::Component& each : structure_->components) components_.push_back({each});
   entries_.resize(structure_->entry_row.size());
   values_.resize(structure_->rows.size());
   const auto n = static_cast<std::size_t>(structure_->size);
   for (std::vector<double>* each : {&inverse_, &work_, &x_, &rest_, &found_}) each->assign(n, 0);
   empty_.assign(n, 0);
 }
-
-std::size_t RowMatrix::fill() const { return structure_->rows.size(); }
 
 // Threads take components in their order, so that each has about as much work.
 template <class Body>

@@ -8,11 +8,10 @@
 
 #include "core/base/thread_pool.h"
 #include "core/linear/row_pattern.h"
+#include "core/linear/row_structure.h"
 #include "core/math/vec3.h"
 
 namespace sim {
-
-struct RowStructure;
 
 // A is sparse: rows are coupled where they share a free node. The pattern is analysed once; a
 // chain takes time linear in its links. A = L D L^T row by row (Davis (2006), Direct Methods for
@@ -44,13 +43,10 @@ class RowMatrix {
 
   int dependent() const;        // rows that follow from others, as it seems
   int first_dependent() const;  // -1: none
-  std::size_t fill() const;     // numbers of L
+  std::size_t fill() const { return structure_->rows.size(); }  // numbers of L
 
  private:
-  struct Component {
-    int begin = 0, end = 0;   // places of the order
-    std::size_t work = 0;     // of it and those before
-    bool orthogonal = false;  // its rows, for equal weights
+  struct Component : RowStructure::Component {
     bool diagonal = false, shifted = false;
     int dependent = 0, first_dependent = -1;
   };

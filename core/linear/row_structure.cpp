@@ -91,7 +91,7 @@ Graph rows_of_factor(const Graph& columns) {
   return rows;
 }
 
-// Calls take(i, k) for each row k and each i before it that it meets.
+// take(i, k) is called for each row k and each row i before it that it meets.
 template <class Take>
 void each_pair(const Graph& columns, const Take& take) {
   for (int k = 0; k < columns.size(); ++k)

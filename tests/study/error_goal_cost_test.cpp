@@ -2,21 +2,11 @@
 #include <catch2/catch.hpp>
 
 #include "core/study/accuracy/error_goal.h"
+#include "tests/study/goal_choice.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
-using sim::study::ErrorGoal;
 using sim::study::GoalChoice;
-
-namespace {
-
-GoalChoice choice_of(const sim::SystemSpec& spec, const ErrorGoal& goal) {
-  sim::Registry registry = make_registry();
-  return sim::study::choose_for_error({&spec, &registry}, goal,
-                                      [](std::string_view, double) { return true; });
-}
-
-}  // namespace
 
 TEST_CASE("chaos that a run has shown is not measured again", "[study][goal]") {
   const sim::SystemSpec spec = make_lorenz();

@@ -8,6 +8,7 @@
 #include "core/study/accuracy/required_error.h"
 #include "core/study/accuracy/trajectory.h"
 #include "tests/lua/scene_text.h"
+#include "tests/study/goal_choice.h"
 #include "tests/support/scenes.h"
 
 using namespace sim_test;
@@ -15,15 +16,6 @@ using sim::study::ErrorGoal;
 using sim::study::GoalChoice;
 
 namespace {
-
-sim::study::Watch no_watch() {
-  return [](std::string_view, double) { return true; };
-}
-
-GoalChoice choice_of(const sim::SystemSpec& spec, const ErrorGoal& goal) {
-  sim::Registry registry = make_registry();
-  return sim::study::choose_for_error({&spec, &registry}, goal, no_watch());
-}
 
 sim::SystemSpec shipped(const std::string& name) {
   return sim::test::load("scenes/" + name + ".lua").systems.front();

@@ -419,7 +419,7 @@ bool Chooser::check_between(CheckedRun& checked) {
       [&](double part) { return go_on(checked.method().label + ", between", part, cost, 0); });
 }
 
-// Where a run has shown chaos, a finer one keeps the error little longer.
+// A run finer than one that has shown chaos keeps the error little longer.
 bool Chooser::is_chaotic(CheckedRun& checked) {
   constexpr double kLittleLonger = 3;
   if (checked.horizon() < kLittleLonger * chaotic_from_) return true;
