@@ -11,6 +11,8 @@ namespace {
 constexpr double kRoundings = 1e-15;
 // Residual of phi, relative to the largest coordinate, that is accepted if iterations stall.
 constexpr double kGoodEnough = 1e-10;
+// A step that increases the residual so much is too long, and Levenberg's shifts.
+constexpr double kTooLong = 2, kLeastShift = 1e-6, kMostShift = 0.1, kGrows = 10;
 
 // The largest coordinate, m, now or after a drift d.
 double size_of(const Constraints::Axes& q, const Constraints::Axes& v, double d, std::size_t n) {
@@ -136,13 +138,16 @@ bool ConstraintSolver::project_velocities(std::span<const double> weights, const
   return true;
 }
 
+// Newton's method. Off the constraints, rows that depend on others on them do not quite: the step
+// along these is too long. It is taken back then, and shortened by Levenberg's shift.
 bool ConstraintSolver::project_positions(double t, const ParticleView& like, const Axes& q,
                                          const Axes& v, const double* memory, bool near) {
   constexpr int kMost = 60;
   failure_ = Failure::kNone;
   const std::span<const double> weights = constraints_->weights();
-  const double size = std::max(constraints_->size(), size_of(q, v, 0, weights.size()));
-  double before = HUGE_VAL, first = HUGE_VAL;
+  const std::size_t n = weights.size();
+  const double size = std::max(constraints_->size(), size_of(q, v, 0, n));
+  double before = HUGE_VAL, first = HUGE_VAL, shift = 0;
   exact_ = false;
   for (int turn = 0;; ++turn) {
     if (!evaluate(t, like, q, v, memory, values_)) return ran_away(first, values_);
@@ -155,8 +160,19 @@ bool ConstraintSolver::project_positions(double t, const ParticleView& like, con
     const bool slow = turn > 0 && !(now < 0.1 * before);
     if (slow && now <= kGoodEnough * size && !(now < 0.5 * before)) break;
     if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, values_);
-    if ((turn == 0 && !near) || slow) matrix_.factorise(values_.gradient(), weights);
-    before = now;
+    if (turn > 0 && now > kTooLong * before && shift < kMostShift) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        std::copy_n(trial_.data() + axis * n, n, q[axis]);
+      if (!evaluate(t, like, q, v, memory, values_)) return ran_away(first, values_);
+      shift = std::max(kLeastShift, kGrows * shift);
+      matrix_.factorise(values_.gradient(), weights, shift);
+    } else {
+      shift = shift > kLeastShift ? shift / kGrows : 0;
+      if ((turn == 0 && !near) || slow) matrix_.factorise(values_.gradient(), weights, shift);
+      before = now;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        std::copy_n(q[axis], n, trial_.data() + axis * n);
+    }
     std::ranges::copy(values_.phi(), rest_.begin());
     remove(weights, values_, q);
   }

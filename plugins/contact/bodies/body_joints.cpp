@@ -1,6 +1,7 @@
 #include "body_joints.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/base/disjoint_sets.h"
 #include "core/math/axes.h"
@@ -182,24 +183,26 @@ void BodyJoints::prepare(std::span<const SolverBody> solver_bodies, std::size_t 
   group.factorise(solver_bodies);
 }
 
-void BodyJoints::begin_moves() {
+void BodyJoints::begin_moves(bool further) {
   moves_ = true;
   for (JointGroup& group : groups_)
-    for (JointGroup::Member& member : group.members()) member.moved = {};
+    for (JointGroup::Member& member : group.members())
+      member.moved = further ? Vec3() : std::exchange(member.shift, {});
 }
 
 void BodyJoints::project(std::span<SolverBody> solver_bodies, std::size_t group,
-                         bool change_alone) {
-  if (!finite_) return;  // store() refuses that
+                         JointGroup::What what) {
+  using What = JointGroup::What;
+  if (!finite_) return;                                // store() refuses that
+  if (moves_ && what == What::kDisplacements) return;  // moves cause no others
   if (!prepared_[group]) prepare(solver_bodies, group);
-  groups_[group].project(solver_bodies, change_alone ? JointGroup::What::kChanges
-                                        : moves_     ? JointGroup::What::kMoves
-                                                     : JointGroup::What::kVelocities);
+  groups_[group].project(solver_bodies, moves_ && what == What::kVelocities ? What::kMoves : what);
 }
 
 void BodyJoints::end_moves() {
   for (JointGroup& group : groups_)
     for (JointGroup::Member& member : group.members()) member.shift += member.moved;
+  moves_ = false;
 }
 
 bool BodyJoints::store(double* x_next) {

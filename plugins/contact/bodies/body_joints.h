@@ -18,21 +18,26 @@ namespace sim {
 // is an orthogonal projection P, so that contact sees the matrix N P W N^T, which is symmetric.
 // A group holds all that constraints join, and is projected by itself; pinned particles and fixed
 // bodies join none.
-class BodyJoints final : public JointProjection {
+class BodyJoints {
  public:
   BodyJoints(Particles& particles, ConstraintSystem& constraint_system);
 
   // Begins at the end of a free step; solver bodies: those of the bodies, then those of `entered`.
   void begin(const BodyCollision& body_collision, std::span<const SolverBody> solver_bodies,
              std::span<const int> entered, double t_end, const double* x_next);
-  std::size_t groups() const override { return groups_.size(); }
-  std::span<const int> bodies_of(std::size_t group) const override { return places_[group]; }
-  int group_of(int body) const override { return group_of_[static_cast<std::size_t>(body)]; }
-  std::size_t equations(std::size_t group) const override { return groups_[group].rows().size(); }
-  void project(std::span<SolverBody> solver_bodies, std::size_t group, bool change_alone) override;
-  // From now on solver bodies hold displacements instead of velocities, from zero.
-  void begin_moves();
-  void end_moves();  // other particles go with them
+  std::size_t groups() const { return groups_.size(); }
+  std::span<const int> bodies_of(std::size_t group) const { return places_[group]; }  // solver ones
+  // -1: none, as of fixed ones.
+  int group_of(int body) const { return group_of_[static_cast<std::size_t>(body)]; }
+  std::size_t equations(std::size_t group) const { return groups_[group].rows().size(); }
+  // Projects what is asked for onto the nearest that the joints allow. Displacements are those of
+  // the bodies by the impulses so far: impulses of the joints act for as long as those of contact.
+  // Different groups may be projected on different threads.
+  void project(std::span<SolverBody> solver_bodies, std::size_t group, JointGroup::What what);
+  // From now on solver bodies hold displacements instead of velocities: those so far, or further
+  // ones, from zero. Other particles go with them.
+  void begin_moves(bool further);
+  void end_moves();
   // Stores positions and velocities of particles without a solver body, then projects all onto the
   // constraints. False, with a refusal of the constraints, if there is no such state.
   bool store(double* x_next);

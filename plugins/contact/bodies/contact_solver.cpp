@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "body_joints.h"
 #include "core/base/slot.h"
 #include "core/particles/collider.h"
 #include "rotation.h"
@@ -117,7 +118,8 @@ double ContactSolver::joint_inverse_mass(std::span<const SolverBody> solver_bodi
       for (const int body : joints_->bodies_of(static_cast<std::size_t>(group))) reset(body);
   apply(scratch_, m, m.normal, 0);
   for (const int group : groups)
-    if (group >= 0) joints_->project(scratch_, static_cast<std::size_t>(group), true);
+    if (group >= 0)
+      joints_->project(scratch_, static_cast<std::size_t>(group), JointGroup::What::kChanges);
   Vec3 w = velocity(scratch_, m);
   if (m.second < 0) w += m.ground;
   return m.normal.dot(w);
@@ -246,7 +248,8 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
     };
     for (const int group : groups_of(m))
       if (group >= 0) {
-        joints_->project(solver_bodies, static_cast<std::size_t>(group), false);
+        for (const auto what : {JointGroup::What::kVelocities, JointGroup::What::kDisplacements})
+          joints_->project(solver_bodies, static_cast<std::size_t>(group), what);
         for (const int body : joints_->bodies_of(static_cast<std::size_t>(group))) update(body);
       }
     update(m.first), update(m.second);

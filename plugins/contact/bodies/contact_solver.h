@@ -12,6 +12,8 @@
 
 namespace sim {
 
+class BodyJoints;
+
 // A body in the contact solver: a rigid body or a particle at the end of a step. Infinite mass:
 // inverse_mass 0.
 struct SolverBody {
@@ -62,27 +64,13 @@ struct ContactPoint {
   double friction_at(double slip) const;
 };
 
-// The projection of velocities onto the constraints (joints) between solver bodies, group by group;
-// different groups may be projected on different threads.
-class JointProjection {
- public:
-  virtual ~JointProjection() = default;
-  virtual std::size_t groups() const = 0;
-  virtual std::span<const int> bodies_of(std::size_t group) const = 0;  // solver bodies
-  virtual std::size_t equations(std::size_t group) const = 0;
-  virtual int group_of(int body) const = 0;  // -1: none, as of fixed ones
-  // Projects velocities onto the nearest ones that the joints allow; change_alone: changes of them.
-  virtual void project(std::span<SolverBody> solver_bodies, std::size_t group,
-                       bool change_alone) = 0;
-};
-
 class ContactSolver {
  public:
   // The motion of its gap, as the impulses so far have it.
   static Approach approach_of(std::span<const SolverBody> solver_bodies, const ContactPoint& m);
 
   // The joints that all following impulses respect; null: none.
-  void set_joints(JointProjection* links) { joints_ = links; }
+  void set_joints(BodyJoints* joints) { joints_ = joints; }
 
   // Sets the tangents of contacts, and their friction along these.
   static void prepare(std::span<ContactPoint> contacts, ThreadPool& pool);
@@ -120,7 +108,7 @@ class ContactSolver {
   void update_approach(std::span<const SolverBody> solver_bodies,
                        std::span<const ContactPoint> contacts, std::size_t k, double now);
 
-  JointProjection* joints_ = nullptr;
+  BodyJoints* joints_ = nullptr;
   std::vector<SolverBody> scratch_;               // changes of velocities
   std::vector<Approach> approaches_;              // of each contact
   std::vector<double> touches_;                   // their next, see next_touch()

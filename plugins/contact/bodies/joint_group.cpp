@@ -50,8 +50,10 @@ void JointGroup::project(std::span<SolverBody> bodies, What what) {
   if (what == What::kChanges) std::ranges::fill(change_, Vec3());
   const auto velocity = [&](std::size_t m) -> Vec3& {
     if (what == What::kChanges) return change_[m];
+    if (what == What::kDisplacements) return members_[m].shift;
     return what == What::kMoves ? members_[m].moved : members_[m].velocity;
   };
+  const bool displaces = what == What::kDisplacements;
   bool any = false;
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     double sum = what == What::kVelocities ? drive_[r] : 0;
@@ -64,7 +66,8 @@ void JointGroup::project(std::span<SolverBody> bodies, What what) {
         continue;
       }
       const SolverBody& body = bodies[static_cast<std::size_t>(place)];
-      sum += terms_[e].along.dot(body.velocity) + terms_[e].moment.dot(body.angular_velocity);
+      sum += terms_[e].along.dot(displaces ? body.translation : body.velocity) +
+             terms_[e].moment.dot(displaces ? body.rotation : body.angular_velocity);
     }
     rest_[r] = sum;
     any = any || sum != 0;
@@ -82,8 +85,9 @@ void JointGroup::project(std::span<SolverBody> bodies, What what) {
         continue;
       }
       SolverBody& body = bodies[static_cast<std::size_t>(place)];
-      body.velocity -= along;
-      body.angular_velocity -= body.inverse_inertia * (rest_[r] * terms_[e].moment);
+      (displaces ? body.translation : body.velocity) -= along;
+      (displaces ? body.rotation : body.angular_velocity) -=
+          body.inverse_inertia * (rest_[r] * terms_[e].moment);
     }
 }
 

@@ -39,7 +39,7 @@ class JointGroup {
   void factorise(std::span<const SolverBody> bodies);
 
   // v := the nearest velocities that obey the equations, in the metric of the masses.
-  enum class What { kVelocities, kChanges, kMoves };  // the last two without drive
+  enum class What { kVelocities, kChanges, kMoves, kDisplacements };  // the first with drive
   void project(std::span<SolverBody> bodies, What what);
 
  private:

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "anderson.h"
+#include "body_joints.h"
 
 namespace sim {
 namespace {
@@ -25,8 +26,8 @@ constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-void RestingSolver::project(Bodies bodies, const Island& island) {
-  for (const std::size_t group : island.groups) joints_->project(bodies, group, false);
+void RestingSolver::project(Bodies bodies, const Island& island, JointGroup::What what) {
+  for (const std::size_t group : island.groups) joints_->project(bodies, group, what);
 }
 
 // Islands are in the order of their first contacts, and in each the contacts in their order.
@@ -96,7 +97,7 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
     for (std::size_t k = 0; k < 3; ++k)
       sum.residual = std::max(sum.residual, row.scale[k] * row.scale[k] * std::fabs(added[k]));
   }
-  if (sum.residual > 0) project(bodies, island);
+  if (sum.residual > 0) project(bodies, island, JointGroup::What::kVelocities);
   return sum;
 }
 
@@ -120,11 +121,11 @@ double RestingSolver::solve_island(Bodies bodies, Island& island, double toleran
       row.apply(bodies, impulse - row.impulse);
       row.impulse = impulse;
     }
-    project(bodies, island);
+    project(bodies, island, JointGroup::What::kVelocities);
   };
   const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
   double least = HUGE_VAL, better = HUGE_VAL;
-  project(bodies, island);  // impulses that it starts from
+  project(bodies, island, JointGroup::What::kVelocities);  // impulses that it starts from
   for (int turn = 1, last = most;; ++turn) {
     read(x);
     const Sweep swept = sweep(bodies, island);
@@ -180,6 +181,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
       residuals_[k] = solve_island(bodies, island, tolerance,
                                    newtons_[static_cast<std::size_t>(rank)], gives_up);
       store(bodies, island, contacts);
+      project(bodies, island, JointGroup::What::kDisplacements);
     }
   };
   const std::span<const Island> islands = std::span(islands_).first(count_);

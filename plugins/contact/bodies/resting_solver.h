@@ -9,6 +9,7 @@
 #include "contact_solver.h"
 #include "core/base/disjoint_sets.h"
 #include "core/base/thread_pool.h"
+#include "joint_group.h"
 #include "proximal_newton.h"
 
 namespace sim {
@@ -25,7 +26,7 @@ namespace sim {
 class RestingSolver {
  public:
   // The joints that all impulses respect; null: none.
-  void set_joints(JointProjection* joints) { joints_ = joints; }
+  void set_joints(BodyJoints* joints) { joints_ = joints; }
 
   // Starts from the impulses of the active contacts, which are already applied to the bodies;
   // further impulses move the bodies too. tolerance: of the residual, m/s; rounding errors do not
@@ -45,13 +46,13 @@ class RestingSolver {
   using Bodies = std::span<SolverBody>;
 
   void find_islands(Bodies bodies, std::span<const ContactPoint> contacts);
-  void project(Bodies bodies, const Island& island);
+  void project(Bodies bodies, const Island& island, JointGroup::What what);
   double solve_island(Bodies bodies, Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
   void store(Bodies bodies, const Island& island, std::span<ContactPoint> contacts) const;
 
-  JointProjection* joints_ = nullptr;
+  BodyJoints* joints_ = nullptr;
   std::vector<ContactRow> rows_;  // of active contacts, one island behind the other
   std::vector<double> unknowns_, images_, history_;  // of the mixing, of each row
   std::vector<Island> islands_;

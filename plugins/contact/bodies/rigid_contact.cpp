@@ -137,20 +137,6 @@ double RigidContact::solve(const Step& step) {
   return residual;
 }
 
-// Projects the motion that impulses of contact alone would cause onto the constraints.
-void RigidContact::project_moves() {
-  copy_moves();
-  joints_->begin_moves();
-  for (std::size_t group = 0; group < joints_->groups(); ++group)
-    if (std::ranges::any_of(joints_->bodies_of(group), [&](int body) {
-          const SolverBody& each = moved_bodies_[static_cast<std::size_t>(body)];
-          return each.velocity != Vec3() || each.angular_velocity != Vec3();
-        }))
-      joints_->project(moved_bodies_, group, false);
-  joints_->end_moves();
-  take_moves();
-}
-
 // Impulses that press bodies against each other, and cancel, may be of any size; their moves would
 // not cancel, as they act for different times. So a body that moves through others, and further
 // than it would at the speeds of the free motion and of the end, moves as its change of velocity
@@ -193,7 +179,7 @@ void RigidContact::fit_moves(bool bounded) {
     move.normal_impulse = bounded ? 0 : m.duration * m.normal_impulse, move.friction_impulse = {};
   }
   copy_moves();
-  solve_moves(overlaps_, std::min(kShare * kOverlap * tolerance_, kFit * kAmiss * smallest));
+  solve_moves(overlaps_, std::min(kShare * kOverlap * tolerance_, kFit * kAmiss * smallest), false);
   take_moves();
 }
 
@@ -210,8 +196,8 @@ void RigidContact::take_moves() {
     solver_bodies_[i].rotation = moved_bodies_[i].angular_velocity;
 }
 
-void RigidContact::solve_moves(std::span<ContactPoint> contacts, double tolerance) {
-  if (joints_) joints_->begin_moves();
+void RigidContact::solve_moves(std::span<ContactPoint> contacts, double tolerance, bool further) {
+  if (joints_) joints_->begin_moves(further);
   ContactSolver::prepare(contacts, particles_->pool());
   resting_solver_.solve(moved_bodies_, contacts, tolerance, particles_->pool());
   if (joints_) joints_->end_moves();
@@ -290,7 +276,7 @@ void RigidContact::separate(double t) {
       moved_bodies_[i] = solver_bodies_[i];
       moved_bodies_[i].velocity = moved_bodies_[i].angular_velocity = {};
     }
-    solve_moves(contacts, kShare * kOverlap * tolerance_);
+    solve_moves(contacts, kShare * kOverlap * tolerance_, true);
     for (std::size_t i = 0; i < solver_bodies_.size(); ++i) {
       solver_bodies_[i].translation += moved_bodies_[i].velocity;
       solver_bodies_[i].rotation += moved_bodies_[i].angular_velocity;
@@ -377,7 +363,6 @@ StepCorrection::Outcome RigidContact::resolve(const Step& step) {
   const double unconverged = solve(step);
   if (particles_->pool().gives_up(0)) return Outcome::kChanged;
   const bool bounded = bound_moves(h);
-  if (joints_) project_moves();
   fit_moves(bounded);
   separate(t + h);
   if (particles_->pool().gives_up(0)) return Outcome::kChanged;

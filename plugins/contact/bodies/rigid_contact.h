@@ -95,8 +95,8 @@ class RigidContact {
   bool activate(double h, double& scale);
   bool hold_open(double h, double scale), bound_moves(double h), stay_apart() const;
   double solve(const Step& step);
-  void copy_moves(), take_moves(), project_moves(), fit_moves(bool bounded);
-  void solve_moves(std::span<ContactPoint> contacts, double tolerance);
+  void copy_moves(), take_moves(), fit_moves(bool bounded);
+  void solve_moves(std::span<ContactPoint> contacts, double tolerance, bool further);
   bool pass_through(const Step& step);
   void separate(double t);
   void store(double* x_next);
