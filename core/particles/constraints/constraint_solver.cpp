@@ -148,6 +148,7 @@ bool ConstraintSolver::project_positions(double t, const ParticleView& like, con
   const std::size_t n = weights.size();
   const double size = std::max(constraints_->size(), size_of(q, v, 0, n));
   double before = HUGE_VAL, first = HUGE_VAL, shift = 0;
+  bool fresh = false;  // the factors are those of the positions before
   exact_ = false;
   for (int turn = 0;; ++turn) {
     if (!evaluate(t, like, q, v, memory, values_)) return ran_away(first, values_);
@@ -158,7 +159,7 @@ bool ConstraintSolver::project_positions(double t, const ParticleView& like, con
       break;
     }
     const bool slow = turn > 0 && !(now < 0.1 * before);
-    if (slow && now <= kGoodEnough * size && !(now < 0.5 * before)) break;
+    if (slow && fresh && now <= kGoodEnough * size && !(now < 0.5 * before)) break;
     if (turn == kMost || !std::isfinite(now)) return fail(Failure::kTooFar, values_);
     if (turn > 0 && now > kTooLong * before && shift < kMostShift) {
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -166,9 +167,11 @@ bool ConstraintSolver::project_positions(double t, const ParticleView& like, con
       if (!evaluate(t, like, q, v, memory, values_)) return ran_away(first, values_);
       shift = std::max(kLeastShift, kGrows * shift);
       matrix_.factorise(values_.gradient(), weights, shift);
+      fresh = true;
     } else {
       shift = shift > kLeastShift ? shift / kGrows : 0;
-      if ((turn == 0 && !near) || slow) matrix_.factorise(values_.gradient(), weights, shift);
+      fresh = (turn == 0 && !near) || slow;
+      if (fresh) matrix_.factorise(values_.gradient(), weights, shift);
       before = now;
       for (std::size_t axis = 0; axis < 3; ++axis)
         std::copy_n(q[axis], n, trial_.data() + axis * n);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 namespace sim {
@@ -62,17 +63,24 @@ bool invert(Block& a) {
 // each other (Tinney & Walker (1967), Proc. IEEE 55, 1801-1809).
 void BlockLu::find_order() {
   place_.assign(nodes_, nodes_);
-  for (std::size_t i = 0; i < nodes_; ++i) left_[i] = graph_[i];
-  for (std::size_t next = 0; next < nodes_; ++next) {
-    std::size_t node = nodes_;
-    for (std::size_t i = 0; i < nodes_; ++i)
-      if (place_[i] == nodes_ && (node == nodes_ || left_[i].size() < left_[node].size())) node = i;
-    place_[node] = next;
+  next_.clear();
+  const auto count = [&](std::size_t node) {  // again, if it was counted before
+    next_.emplace_back(left_[node].size(), node);
+    std::ranges::push_heap(next_, std::greater());
+  };
+  for (std::size_t i = 0; i < nodes_; ++i) left_[i] = graph_[i], count(i);
+  for (std::size_t next = 0; next < nodes_;) {
+    const auto [neighbours, node] = next_.front();
+    std::ranges::pop_heap(next_, std::greater());
+    next_.pop_back();
+    if (place_[node] < nodes_ || neighbours != left_[node].size()) continue;
+    place_[node] = next++;
     for (const std::size_t i : left_[node]) {
       joined_.clear();
       std::ranges::set_union(left_[i], left_[node], std::back_inserter(joined_));
       std::erase_if(joined_, [&](std::size_t j) { return j == i || j == node; });
       left_[i] = joined_;
+      count(i);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace sim {
@@ -43,6 +44,7 @@ class BlockLu {
   // The analysis keeps neighbours, ascending, those left by an elimination, and rows of columns.
   Graph graph_, left_, columns_;
   std::vector<std::size_t> joined_;
+  std::vector<std::pair<std::size_t, std::size_t>> next_;  // neighbours and nodes, a heap
 };
 
 }  // namespace sim

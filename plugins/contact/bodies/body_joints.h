@@ -29,7 +29,7 @@ class BodyJoints {
   std::span<const int> bodies_of(std::size_t group) const { return places_[group]; }  // solver ones
   // -1: none, as of fixed ones.
   int group_of(int body) const { return group_of_[static_cast<std::size_t>(body)]; }
-  std::size_t equations(std::size_t group) const { return groups_[group].rows().size(); }
+  const JointGroup& group(std::size_t number) const { return groups_[number]; }
   // Projects what is asked for onto the nearest that the joints allow. Displacements are those of
   // the bodies by the impulses so far: impulses of the joints act for as long as those of contact.
   // Different groups may be projected on different threads.

@@ -14,6 +14,8 @@ constexpr double kNeighbours = 2;  // times its radius, around a body that was n
 constexpr double kOnwards = 2;     // times as far as impulses lead bodies, contact is sought again
 constexpr std::size_t kManyPairs = 256;  // that threads share
 constexpr int kManyBodies = 256;
+constexpr double kPressed =
+    1e-5;                       // of a radius: the gap of a point that pressed in the step before
 constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
 
 // The search margin of a solver body, m, which includes the motion that impulses may add.
@@ -227,10 +229,13 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
   const double duration = kinematic->duration, change = h * rate0 + duration * (rate - rate0);
   m.gap = point.gap + left * change;
   const double tiny = m.tiny = gap_tolerance_ * size, gap0 = m.gap - change;
-  if (gap0 <= tiny) {
+  apply_warm_start(m, found.kept);
+  // Joints may lift a body off what held it up, if only because nothing holds up the others yet.
+  const bool pressed = joints_ && m.normal_impulse > 0 && gap0 <= kPressed * size;
+  if (gap0 <= tiny || pressed) {
     m.before = rate0, m.given = rate - rate0, m.after = h, m.duration = duration;
     m.path_gap = gap0 + h * rate0, m.path_gain = m.given, m.path_slip_gain = slip_gain;
-    m.active = m.gap <= tiny;
+    m.active = m.gap <= tiny || pressed;
   } else {
     m.path_gap = m.gap, m.acceleration = a, m.slip_acceleration = slip_gain / h;
     m.active = m.gap < 0;
@@ -239,7 +244,6 @@ void RigidContact::add_contact(const ManifoldPoint& point, int first, int second
     m.before = rate - m.given;
     m.duration = rate < 0 ? std::clamp(m.gap / rate, 0.0, h) : duration;
   }
-  apply_warm_start(m, found.kept);
 }
 
 // Applies the impulses of the step before. kept: where those of a pair begin, perhaps of this one.

@@ -257,12 +257,18 @@ void ContactSolver::solve_restitution(std::span<SolverBody> solver_bodies,
 }
 
 void ContactSolver::start(std::span<SolverBody> solver_bodies,
-                          std::span<const ContactPoint> contacts) const {
-  for (const ContactPoint& m : contacts)
-    if (m.active && m.normal_impulse > 0)
-      apply(solver_bodies, m,
-            m.normal_impulse * m.normal + m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v,
-            m.duration);
+                          std::span<const ContactPoint> contacts) {
+  touched_.assign(joints_ ? joints_->groups() : 0, 0);
+  for (const ContactPoint& m : contacts) {
+    if (!m.active || !(m.normal_impulse > 0)) continue;
+    apply(solver_bodies, m,
+          m.normal_impulse * m.normal + m.tangent_impulse[0] * m.u + m.tangent_impulse[1] * m.v,
+          m.duration);
+    for (const int group : groups_of(m))
+      if (group >= 0) touched_[slot(group)] = 1;
+  }
+  for (std::size_t group = 0; group < touched_.size(); ++group)
+    if (touched_[group]) joints_->project(solver_bodies, group, JointGroup::What::kVelocities);
 }
 
 }  // namespace sim

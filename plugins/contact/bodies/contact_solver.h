@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -92,7 +93,7 @@ class ContactSolver {
   static void set_arms(std::span<const SolverBody> bodies, ContactPoint& contact, double time);
 
   // Applies the present impulses of resting contacts, the warm start of RestingSolver.
-  void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts) const;
+  void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts);
 
   // Applies an impulse p to the first and -p to the second, and the displacement that it causes.
   static void apply(std::span<SolverBody> solver_bodies, const ContactPoint& contact, const Vec3& p,
@@ -110,6 +111,7 @@ class ContactSolver {
 
   BodyJoints* joints_ = nullptr;
   std::vector<SolverBody> scratch_;               // changes of velocities
+  std::vector<std::uint8_t> touched_;             // groups of joints
   std::vector<Approach> approaches_;              // of each contact
   std::vector<double> touches_;                   // their next, see next_touch()
   std::vector<std::size_t> first_, contacts_of_;  // of each body, one list behind the other

@@ -35,6 +35,8 @@ class JointGroup {
   std::span<const int> rows() const { return rows_; }
   // To be set at each state, then factorise() follows.
   std::span<Term> terms() { return terms_; }
+  std::span<const Term> terms() const { return terms_; }  // as the pattern has them
+  const RowPattern& pattern() const { return pattern_; }
   std::span<double> drive() { return drive_; }
   void factorise(std::span<const SolverBody> bodies);
 

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kMostSweeps = 2000, kPatience = 300;  // of which one must halve the residual
 constexpr int kSlow = 60;                           // sweeps between tries of Newton's method
+constexpr int kSoon = 4;         // the same with joints, whose sweeps take long, while it converges
 constexpr double kCloser = 0.2;  // of the tolerance, for that: a sweep sums what points ask for
 // An island that is nearly solved to begin with rests: Newton's method solves it in a few
 // factorisations, and so finely that the next steps find nothing to solve.
@@ -57,6 +58,7 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
       islands_[count_ - 1].end = 0;
       islands_[count_ - 1].bodies.clear();
       islands_[count_ - 1].groups.clear();
+      islands_[count_ - 1].joints.clear();
     }
     ++islands_[static_cast<std::size_t>(island)].end;
   }
@@ -78,8 +80,10 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
         islands_[static_cast<std::size_t>(k)].bodies.push_back(static_cast<int>(i));
   for (std::size_t group = 0; group < groups; ++group)
     if (const auto of = joints_->bodies_of(group); !of.empty())
-      if (const int k = island_of_[slot(joined_.root(of[0]))]; k >= 0)
+      if (const int k = island_of_[slot(joined_.root(of[0]))]; k >= 0) {
         islands_[static_cast<std::size_t>(k)].groups.push_back(group);
+        islands_[static_cast<std::size_t>(k)].joints.push_back(&joints_->group(group));
+      }
 }
 
 RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
@@ -99,6 +103,23 @@ RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
   }
   if (sum.residual > 0) project(bodies, island, JointGroup::What::kVelocities);
   return sum;
+}
+
+// Takes the solution of Newton's method if its residual is below `least`; true if it is the goal.
+bool RestingSolver::solve_by_newton(Bodies bodies, const Island& island,
+                                    const ProximalNewton::Goal& goal, double least,
+                                    ProximalNewton& newton, const std::function<bool()>& gives_up) {
+  const std::span<ContactRow> rows =
+      std::span(rows_).subspan(island.begin, island.end - island.begin);
+  const double left = newton.solve(bodies, {rows, island.bodies, island.joints}, goal, gives_up);
+  if (left < least) {
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      rows[r].apply(bodies, newton.impulses()[r] - rows[r].impulse);
+      rows[r].impulse = newton.impulses()[r];
+    }
+    project(bodies, island, JointGroup::What::kVelocities);
+  }
+  return left <= goal.tolerance;
 }
 
 double RestingSolver::solve_island(Bodies bodies, Island& island, double tolerance,
@@ -124,7 +145,8 @@ double RestingSolver::solve_island(Bodies bodies, Island& island, double toleran
     project(bodies, island, JointGroup::What::kVelocities);
   };
   const auto most = static_cast<int>(std::min<std::size_t>(kMostSweeps, kMostWork / rows + 1));
-  double least = HUGE_VAL, better = HUGE_VAL;
+  double least = HUGE_VAL, better = HUGE_VAL, closer = kCloser;
+  int newton_turn = island.groups.empty() ? kSlow : kSoon;
   project(bodies, island, JointGroup::What::kVelocities);  // impulses that it starts from
   for (int turn = 1, last = most;; ++turn) {
     read(x);
@@ -134,17 +156,14 @@ double RestingSolver::solve_island(Bodies bodies, Island& island, double toleran
     least = std::min(least, swept.residual);
     const bool rests =
         turn == 1 && swept.residual <= kNearly * tolerance && swept.rounding < kFinely * tolerance;
-    if ((turn % kSlow == 0 || rests) && turn < last && island.groups.empty()) {
+    if ((turn >= newton_turn || rests) && turn < last) {
       if (!best) put(mixing.best());
-      const std::span<ContactRow> of = std::span(rows_).subspan(island.begin, rows);
       const ProximalNewton::Goal goal =
           rests ? ProximalNewton::Goal{kFinely * tolerance, kQuickFactors, kQuickWeight}
-                : ProximalNewton::Goal{kCloser * tolerance};
-      if (newton.solve(bodies, of, island.bodies, goal, gives_up) < least)
-        for (std::size_t r = 0; r < rows; ++r) {
-          of[r].apply(bodies, newton.impulses()[r] - of[r].impulse);
-          of[r].impulse = newton.impulses()[r];
-        }
+                : ProximalNewton::Goal{closer * tolerance};
+      const bool solved = solve_by_newton(bodies, island, goal, least, newton, gives_up);
+      if (solved) closer = std::max(kFinely, kCloser * closer);
+      if (!rests) newton_turn = turn + (solved && !island.groups.empty() ? kSoon : kSlow);
       mixing = Anderson{std::span(history_).subspan(each * island.begin, each * rows), n};
       continue;
     }
@@ -187,7 +206,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   const std::span<const Island> islands = std::span(islands_).first(count_);
   std::size_t equations = 0;
   for (const Island& island : islands)
-    for (const std::size_t group : island.groups) equations += joints_->equations(group);
+    for (const JointGroup* group : island.joints) equations += group->rows().size();
   if (count_ > 1 && rows_.size() + equations >= kWorthThreads)
     pool.run(solve_some);
   else

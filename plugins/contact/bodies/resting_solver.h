@@ -36,9 +36,10 @@ class RestingSolver {
 
  private:
   struct Island {
-    std::size_t begin = 0, end = 0;        // of its rows
-    std::vector<int> bodies = {};          // that move
-    std::vector<std::size_t> groups = {};  // of joints
+    std::size_t begin = 0, end = 0;              // of its rows
+    std::vector<int> bodies = {};                // that move
+    std::vector<std::size_t> groups = {};        // of joints
+    std::vector<const JointGroup*> joints = {};  // the same
   };
   struct Sweep {
     double residual = 0, rounding = 0;  // m/s, and its rounding error
@@ -49,6 +50,8 @@ class RestingSolver {
   void project(Bodies bodies, const Island& island, JointGroup::What what);
   double solve_island(Bodies bodies, Island& island, double tolerance, ProximalNewton& newton,
                       const std::function<bool()>& gives_up);
+  bool solve_by_newton(Bodies bodies, const Island& island, const ProximalNewton::Goal& goal,
+                       double least, ProximalNewton& newton, const std::function<bool()>& gives_up);
   Sweep sweep(Bodies bodies, const Island& island);
   void store(Bodies bodies, const Island& island, std::span<ContactPoint> contacts) const;
 
