@@ -420,6 +420,15 @@ TEST_CASE("a method that could not go on is tried with a smaller tolerance", "[s
   CHECK(choice.cost < 1500);
 }
 
+// Two runs of bdf differ by 1e-5 of the state, and both are off by 4e-5.
+TEST_CASE("a method that contradicts a run is refined before it is believed", "[study][goal]") {
+  const sim::SystemSpec spec = shipped("hires");
+  const GoalChoice choice = choice_of(spec, {.budget = {1e-5, false}, .time = spec.duration});
+  REQUIRE(choice.method);
+  CHECK(choice.kept);
+  CHECK(choice.mended == 0);
+}
+
 // Boxes fall through the ground in steps of 0.5 and 0.25 s, and stand in shorter ones.
 TEST_CASE("a run that missed the error is not predicted to keep it", "[study][goal]") {
   const sim::SystemSpec spec = shipped("stack");

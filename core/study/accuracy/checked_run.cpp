@@ -32,10 +32,13 @@ void CheckedRun::compare(double falls) {
   worsen(error_course(problem_, run_, fine_), 1 / (1 - falls), allowed_ * (1 - falls));
 }
 
+bool CheckedRun::contradicts(const SeenRun& other, double error) const {
+  return error_course(problem_, run_, other).most > kFamiliesAgree * (allowed_ + error);
+}
+
 void CheckedRun::compare(const SeenRun& other, double error) {
-  const ErrorCourse course = error_course(problem_, run_, other);
-  const double most = kFamiliesAgree * (allowed_ + error);
-  if (course.most > most) worsen(course, 1, most);
+  if (contradicts(other, error))
+    worsen(error_course(problem_, run_, other), 1, kFamiliesAgree * (allowed_ + error));
 }
 
 // Half a step sooner or later is half of what an event may be late by.

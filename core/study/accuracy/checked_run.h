@@ -34,8 +34,9 @@ class CheckedRun {
 
   // The errors by the refined run, where errors fall by `falls` from one to the other.
   void compare(double falls);
-  // Another run that is right within `error`, if it differs by more than both may.
-  void compare(const SeenRun& other, double error);
+  // True if another run, which is right within `error`, differs by more than both may.
+  bool contradicts(const SeenRun& other, double error) const;
+  void compare(const SeenRun& other, double error);  // where it does
 
   const Candidate& method() const { return method_; }
   const TrialRun& plan() const { return plan_; }

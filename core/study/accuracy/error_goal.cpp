@@ -79,7 +79,7 @@ class Chooser {
   void run_whole(MethodTrials& chosen, const Beginning& beginning);
   bool check(const MethodTrials& chosen, double cost, double falls, CheckedRun& checked);
   bool check_between(CheckedRun& checked);
-  void hear_others(const MethodTrials& chosen, CheckedRun& checked) const;
+  void hear_others(const MethodTrials& chosen, CheckedRun& checked);
   bool is_chaotic(CheckedRun& checked);
   void keep(CheckedRun&& checked, bool from_scene);
   void tell_best();
@@ -383,15 +383,22 @@ bool Chooser::is_far_dearer_than_own(double cost) {
 }
 
 // Both runs may step over the same event; trials of other methods that know better say so, if they
-// looked as closely or chose their steps.
-void Chooser::hear_others(const MethodTrials& chosen, CheckedRun& checked) const {
+// looked as closely or chose their steps. One that contradicts is refined first: its error may be
+// larger than it seemed.
+void Chooser::hear_others(const MethodTrials& chosen, CheckedRun& checked) {
+  constexpr int kMostRefined = 2;  // times
   if (result_.window != result_.time) return;
-  for (const MethodTrials& other : trials_) {
+  for (MethodTrials& other : trials_) {
     const bool knows =
         &other != &chosen && other.own_error() <= result_.allowed && !may_miss_pulse(other);
     const bool close =
         Refinement(other.method()).by_tolerance() || other.finest().cost >= checked.seen().cost;
-    if (knows && close) checked.compare(other.finest(), other.own_error());
+    if (!knows || !close) continue;
+    for (int refined = 0; refined < kMostRefined; ++refined)
+      if (!checked.contradicts(other.finest(), other.own_error()) || !other.can_refine() ||
+          !affordable(other) || !refine(other))
+        break;
+    checked.compare(other.finest(), other.own_error());
   }
 }
 
