@@ -187,6 +187,38 @@ std::string bodies(std::uint64_t seed) {
   return text.end(0.002, text.between(0.25, 0.6));
 }
 
+// Rows of limbs that balls or hinges join, which fall across each other.
+std::string joints(std::uint64_t seed) {
+  Text text(seed);
+  add_gravity(text);
+  const int rows = text.random.integer(1, 4), limbs = text.random.integer(2, 4);
+  const double half = text.between(0.1, 0.2), end = half + 0.03;
+  const std::string surface =
+      ", friction = " + std::to_string(text.between(0, 0.8)) +
+      ", restitution = " + std::to_string(text.random.chance(0.6) ? 0 : text.between(0, 0.6));
+  text.line("all.bodies = {} local joints = sim.constraint.joint {}");
+  for (int row = 0; row < rows; ++row) {
+    const double angle = text.between(-1.5, 1.5), y = 0.2 + 0.25 * row;
+    const bool hinge = text.random.chance(0.5);
+    for (int i = 0; i < limbs; ++i) {
+      const double along = end * (2 * i + 1 - limbs);
+      text.line("all.bodies[#all.bodies + 1] = sim.rigid { shape = sim.box { half = ",
+                triple(half, text.between(0.02, 0.05), 0.04),
+                " }, mass = ", text.random.decade(-1, 1),
+                ", position = ", triple(along * std::cos(angle), y, -along * std::sin(angle)),
+                ", rotation = ", triple(0, angle, 0), surface, " }");
+      if (i > 0)
+        text.line("for _, z in ipairs ", hinge ? "{ -0.03, 0.03 }" : "{ 0 }",
+                  " do joints:tie(all.bodies[#all.bodies - 1]:at {", end,
+                  ", 0, z}, all.bodies[#all.bodies]:at {", -end, ", 0, z}) end");
+    }
+  }
+  text.line("all.constraints = { joints }");
+  text.line("all.colliders = { sim.collider.plane { normal = ",
+            triple(text.between(-0.2, 0.2), 1, 0), surface, " } }");
+  return text.end(0.002, text.between(0.25, 0.6));
+}
+
 // Bodies of several shapes fall on a sheet that its corners hold.
 std::string caught(std::uint64_t seed) {
   Text text(seed);
@@ -358,7 +390,7 @@ constexpr HuntKind kKinds[] = {
     {"constraints", constraints}, {"bodies", bodies},     {"caught", caught},
     {"solids", solids},           {"fluids", fluids},     {"wind", wind},
     {"formulas", formulas},       {"lua", lua},           {"lattices", lattices},
-    {"ensembles", ensembles},     {"imex", imex}};
+    {"ensembles", ensembles},     {"imex", imex},         {"joints", joints}};
 
 }  // namespace
 
