@@ -1,6 +1,7 @@
 #include "cli/command_line/option_values.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -164,6 +165,14 @@ std::string only(const std::string& option, const std::vector<std::string>& text
 }
 
 std::string once(const std::string& option, const std::string& argument) {
+  const std::string name = argument.substr(0, argument.find('='));
+  const auto is_name = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+  };
+  if (name.size() < argument.size() && !name.empty() && std::ranges::all_of(name, is_name))
+    usage_error("unexpected argument", "'" + argument + "'",
+                "each parameter of a scene stands behind an option of its own",
+                "write -s " + argument);
   if (!option.empty() && !argument.empty())
     usage_error("given twice", "'" + argument + "' and '" + option + "'",
                 "as an argument and as an option", "keep one of them");

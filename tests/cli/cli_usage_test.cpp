@@ -100,6 +100,8 @@ TEST_CASE("words that fit nowhere are told") {
   check_error({"--json=5"}, 2, "json");
   check_error({""}, 2, "empty value");
   check_error({"scenes/cloth.lua", "t", "-i", "r"}, 2, "given twice");
+  for (const char* const word : {"n=2", "stiff_k=1e4"})
+    check_error({"scenes/pendulum.lua", "-s", "n=3", word}, 2, std::string("write -s ") + word);
   check_error({"scenes/cloth.lua", "t", "0.1", "-d", "0.1"}, 2, "given twice");
   check_error({"adjacency", "scenes/cloth.lua"}, 2, "argument missing");
   check_error({"describe"}, 2, "argument missing");
