@@ -1,6 +1,7 @@
 -- Dolls of jointed limbs tumble down stairs. Cords keep knees, elbows and necks from bending too far.
 local sim = require "sim"
 local n = sim.arg("n", 1, "dolls, side by side")
+local layers = sim.arg("layers", 1, "of dolls, one above the other")
 local speed = sim.arg("speed", 1.5, "m/s, with which their heads are pushed")
 local tolerance = sim.arg("tolerance", 1e-6, "of contact, of the velocities at hand")
 
@@ -8,10 +9,10 @@ local steps, rise, tread, apart = 5, 0.18, 0.28, 0.9  -- m, but the first
 local bodies, joints = {}, sim.constraint.joint {}
 local cords = sim.force.spring { family = "cord", stiffness = 30000, damping = 60, tension_only = true }
 
-local function doll(z)
+local function doll(height, z)
   local function limb(shape, mass, y, side)
     local body = sim.rigid { shape = shape, mass = mass, friction = 0.6,
-      position = { 0, steps * rise + y, z + side }, velocity = { speed * y / 1.55, 0, 0 },
+      position = { 0, height + y, z + side }, velocity = { speed * y / 1.55, 0, 0 },
       angular_velocity = { 0, 0, -speed / 1.55 } }
     bodies[#bodies + 1] = body
     return body
@@ -40,7 +41,9 @@ local function doll(z)
     hinged(thigh, shin, 0.22, 0.06, -1)
   end
 end
-for i = 1, n do doll(apart * (i - 0.5 * (n + 1))) end
+for layer = 0, layers - 1 do
+  for i = 1, n do doll(steps * rise + 2 * layer, apart * (i - 0.5 * (n + 1)) + 0.2 * (layer % 2)) end
+end
 
 local stairs = { sim.collider.plane { normal = {0, 1, 0}, friction = 0.6 } }
 for i = 1, steps do

@@ -14,9 +14,8 @@ constexpr double kNeighbours = 2;  // times its radius, around a body that was n
 constexpr double kOnwards = 2;     // times as far as impulses lead bodies, contact is sought again
 constexpr std::size_t kManyPairs = 256;  // that threads share
 constexpr int kManyBodies = 256;
-constexpr double kPressed =
-    1e-5;                       // of a radius: the gap of a point that pressed in the step before
-constexpr int kMostLooks = 64;  // places at which a fast body is looked at inside a step
+constexpr double kPressed = 1e-5;  // of a radius: the gap of what pressed in the step before
+constexpr int kMostLooks = 64;     // places at which a fast body is looked at inside a step
 
 // The search margin of a solver body, m, which includes the motion that impulses may add.
 double margin_of(double path_length, double radius) {
