@@ -92,7 +92,8 @@ class ContactSolver {
   // both from the point in the middle, so that impulses then conserve angular momentum.
   static void set_arms(std::span<const SolverBody> bodies, ContactPoint& contact, double time);
 
-  // Applies the present impulses of resting contacts, the warm start of RestingSolver.
+  // Applies the present impulses of resting contacts, the warm start of RestingSolver, and what
+  // joints make of them.
   void start(std::span<SolverBody> solver_bodies, std::span<const ContactPoint> contacts);
 
   // Applies an impulse p to the first and -p to the second, and the displacement that it causes.

@@ -157,12 +157,13 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, const Island& isla
   }
   points_.clear(), sides_.clear();
   auto nodes = static_cast<int>(island.bodies.size());
-  for (const JointGroup* group : island.joints)
-    for (const JointGroup::Member& member : group->members()) nodes += member.place < 0;
+  for (const std::size_t group : island.groups)
+    for (const JointGroup::Member& member : island.joints->group(group).members())
+      nodes += member.place < 0;
   y_.assign(BlockLu::kSize * static_cast<std::size_t>(nodes), 0);
   load_contacts(bodies, island.rows);
   auto particle = static_cast<int>(island.bodies.size());
-  for (const JointGroup* group : island.joints) load_joints(*group, particle);
+  for (const std::size_t group : island.groups) load_joints(island.joints->group(group), particle);
 
   pairs_.clear();
   for (const Point& point : points_)

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "block_lu.h"
+#include "body_joints.h"
 #include "contact_row.h"
-#include "joint_group.h"
 
 namespace sim {
 
@@ -31,8 +31,9 @@ class ProximalNewton {
   };
   struct Island {
     std::span<const ContactRow> rows;
-    std::span<const int> bodies;  // that move
-    std::span<const JointGroup* const> joints;
+    std::span<const int> bodies;          // that move
+    std::span<const std::size_t> groups;  // of joints
+    const BodyJoints* joints = nullptr;   // null: none
   };
   // Solves from the impulses of the rows, which are applied to the bodies, whose velocities the
   // joints allow. Returns the residual of impulses(), m/s, infinite if factorisation is too much

@@ -58,7 +58,6 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
       islands_[count_ - 1].end = 0;
       islands_[count_ - 1].bodies.clear();
       islands_[count_ - 1].groups.clear();
-      islands_[count_ - 1].joints.clear();
     }
     ++islands_[static_cast<std::size_t>(island)].end;
   }
@@ -80,10 +79,8 @@ void RestingSolver::find_islands(Bodies bodies, std::span<const ContactPoint> co
         islands_[static_cast<std::size_t>(k)].bodies.push_back(static_cast<int>(i));
   for (std::size_t group = 0; group < groups; ++group)
     if (const auto of = joints_->bodies_of(group); !of.empty())
-      if (const int k = island_of_[slot(joined_.root(of[0]))]; k >= 0) {
+      if (const int k = island_of_[slot(joined_.root(of[0]))]; k >= 0)
         islands_[static_cast<std::size_t>(k)].groups.push_back(group);
-        islands_[static_cast<std::size_t>(k)].joints.push_back(&joints_->group(group));
-      }
 }
 
 RestingSolver::Sweep RestingSolver::sweep(Bodies bodies, const Island& island) {
@@ -111,7 +108,8 @@ bool RestingSolver::solve_by_newton(Bodies bodies, const Island& island,
                                     ProximalNewton& newton, const std::function<bool()>& gives_up) {
   const std::span<ContactRow> rows =
       std::span(rows_).subspan(island.begin, island.end - island.begin);
-  const double left = newton.solve(bodies, {rows, island.bodies, island.joints}, goal, gives_up);
+  const double left =
+      newton.solve(bodies, {rows, island.bodies, island.groups, joints_}, goal, gives_up);
   if (left < least) {
     for (std::size_t r = 0; r < rows.size(); ++r) {
       rows[r].apply(bodies, newton.impulses()[r] - rows[r].impulse);
@@ -206,7 +204,7 @@ double RestingSolver::solve(Bodies bodies, std::span<ContactPoint> contacts, dou
   const std::span<const Island> islands = std::span(islands_).first(count_);
   std::size_t equations = 0;
   for (const Island& island : islands)
-    for (const JointGroup* group : island.joints) equations += group->rows().size();
+    for (const std::size_t group : island.groups) equations += joints_->group(group).rows().size();
   if (count_ > 1 && rows_.size() + equations >= kWorthThreads)
     pool.run(solve_some);
   else

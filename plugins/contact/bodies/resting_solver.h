@@ -36,10 +36,9 @@ class RestingSolver {
 
  private:
   struct Island {
-    std::size_t begin = 0, end = 0;              // of its rows
-    std::vector<int> bodies = {};                // that move
-    std::vector<std::size_t> groups = {};        // of joints
-    std::vector<const JointGroup*> joints = {};  // the same
+    std::size_t begin = 0, end = 0;        // of its rows
+    std::vector<int> bodies = {};          // that move
+    std::vector<std::size_t> groups = {};  // of joints
   };
   struct Sweep {
     double residual = 0, rounding = 0;  // m/s, and its rounding error
