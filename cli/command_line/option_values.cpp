@@ -1,7 +1,6 @@
 #include "cli/command_line/option_values.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -13,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/base/units.h"
+#include "core/lua/lua_keywords.h"
 
 namespace sim::cli {
 
@@ -165,11 +165,8 @@ std::string only(const std::string& option, const std::vector<std::string>& text
 }
 
 std::string once(const std::string& option, const std::string& argument) {
-  const std::string name = argument.substr(0, argument.find('='));
-  const auto is_name = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-  };
-  if (name.size() < argument.size() && !name.empty() && std::ranges::all_of(name, is_name))
+  const std::size_t equals = argument.find('=');
+  if (equals != std::string::npos && is_lua_name(std::string_view(argument).substr(0, equals)))
     usage_error("unexpected argument", "'" + argument + "'",
                 "each parameter of a scene stands behind an option of its own",
                 "write -s " + argument);

@@ -14,6 +14,7 @@
 #include "cli/terminal/signals.h"
 #include "cli/verbs/describe.h"
 #include "core/base/error.h"
+#include "core/lua/lua_keywords.h"
 #include "core/output/format.h"
 #include "core/output/read_file.h"
 
@@ -65,13 +66,6 @@ bool worth_keeping(const std::string& text) {
   for (const char* command : {".save", ".help", ".quit", ".view"})
     if (text.starts_with(command)) return false;
   return true;
-}
-
-bool is_word(const std::string& text) {
-  return !text.empty() && !std::isdigit(static_cast<unsigned char>(text[0])) &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-         });
 }
 
 bool is_command(const std::string& line) {
@@ -163,7 +157,7 @@ void Session::explain(const std::string& chunk, const std::vector<Data>& values)
     for (std::sregex_iterator it(names.begin(), names.end(), word), end; it != end; ++it)
       locals_.insert(it->str());
   }
-  if (!is_word(chunk) || values.size() != 1) return;
+  if (!is_lua_name(chunk) || values.size() != 1) return;
   const Command* command = command_called(chunk);
   if (command && std::holds_alternative<DataOpaque>(values[0].value))
     tell(chunk + " is a function: write " + chunk + "() or ." + command->name + "\n");

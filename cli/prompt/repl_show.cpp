@@ -1,23 +1,16 @@
 #include "cli/prompt/repl_show.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "core/base/text.h"
+#include "core/lua/lua_keywords.h"
 #include "core/output/format.h"
 
 namespace sim::cli {
 namespace {
 
 constexpr std::size_t kWidth = 78;
-
-bool is_name(std::string_view text) {
-  return !text.empty() && !std::isdigit(static_cast<unsigned char>(text[0])) &&
-         std::all_of(text.begin(), text.end(), [](char c) {
-           return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
-         });
-}
 
 // Bytes of the UTF-8 character at the front of the text; 0 when it is none.
 std::size_t utf8_length(std::string_view text) {
@@ -87,7 +80,7 @@ std::string scalar(const Data& value) {
 
 std::string key_text(const Data& key) {
   const auto* text = std::get_if<std::string>(&key.value);
-  if (text && is_name(*text)) return *text;
+  if (text && is_lua_name(*text)) return *text;
   return "[" + scalar(key) + "]";
 }
 
