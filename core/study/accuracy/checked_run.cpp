@@ -36,9 +36,8 @@ bool CheckedRun::contradicts(const SeenRun& other, double error) const {
   return error_course(problem_, run_, other).most > kFamiliesAgree * (allowed_ + error);
 }
 
-void CheckedRun::compare(const SeenRun& other, double error) {
-  if (contradicts(other, error))
-    worsen(error_course(problem_, run_, other), 1, kFamiliesAgree * (allowed_ + error));
+void CheckedRun::believe(const SeenRun& other, double error) {
+  worsen(error_course(problem_, run_, other), 1, kFamiliesAgree * (allowed_ + error));
 }
 
 // Half a step sooner or later is half of what an event may be late by.

@@ -36,7 +36,7 @@ class CheckedRun {
   void compare(double falls);
   // True if another run, which is right within `error`, differs by more than both may.
   bool contradicts(const SeenRun& other, double error) const;
-  void compare(const SeenRun& other, double error);  // where it does
+  void believe(const SeenRun& other, double error);  // that one
 
   const Candidate& method() const { return method_; }
   const TrialRun& plan() const { return plan_; }

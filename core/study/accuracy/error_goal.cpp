@@ -394,11 +394,11 @@ void Chooser::hear_others(const MethodTrials& chosen, CheckedRun& checked) {
     const bool close =
         Refinement(other.method()).by_tolerance() || other.finest().cost >= checked.seen().cost;
     if (!knows || !close) continue;
-    for (int refined = 0; refined < kMostRefined; ++refined)
-      if (!checked.contradicts(other.finest(), other.own_error()) || !other.can_refine() ||
-          !affordable(other) || !refine(other))
-        break;
-    checked.compare(other.finest(), other.own_error());
+    for (int left = kMostRefined; checked.contradicts(other.finest(), other.own_error()); --left) {
+      if (left > 0 && other.can_refine() && affordable(other) && refine(other)) continue;
+      checked.believe(other.finest(), other.own_error());
+      break;
+    }
   }
 }
 
