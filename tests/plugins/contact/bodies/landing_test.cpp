@@ -23,6 +23,21 @@ std::string slab(const std::string& tilt, const std::string& ground) {
 const std::string kFloor =
     "return sim.scene { bodies = { slab }, colliders = { sim.collider.plane { friction = 10 } }, ";
 
+// The same of two halves.
+std::string halves(const std::string& tilt) {
+  return "local tilt, joints, halves = " + tilt +
+         ", sim.constraint.joint {}, {}\n"
+         "for k, s in ipairs { -1, 1 } do\n"
+         "  halves[k] = sim.rigid { shape = sim.box { half = {0.05, 0.05, 0.05} }, mass = 0.5,\n"
+         "    position = { -0.05 * s * math.sin(tilt), 0.111 + 0.05 * s * math.cos(tilt), 0 },\n"
+         "    velocity = {0, -4, 0}, rotation = {0, 0, tilt}, friction = 10 }\nend\n"
+         "for _, x in ipairs { -0.05, 0.05 } do for _, z in ipairs { -0.05, 0.05 } do\n"
+         "  joints:tie(halves[1]:at {x, 0.05, z}, halves[2]:at {x, -0.05, z})\nend end\n"
+         "return sim.scene { bodies = halves, constraints = { joints },\n"
+         "  colliders = { sim.collider.plane { friction = 10 } },\n"
+         "  forces = {}, integrator = 'verlet', dt = 0.005, duration = 0.02 }\n";
+}
+
 }  // namespace
 
 // The momentum about an edge stays when it lands; the slab turns freely until the next one does
@@ -62,19 +77,6 @@ TEST_CASE("a tall slab rocks over from the edge that lands first to the other", 
 
 // Joints carry the impulse of an edge to the other half, and the moves that it causes.
 TEST_CASE("two halves of a slab that joints hold together land as the slab does", "[rigid]") {
-  const auto halves = [](const std::string& tilt) {
-    return "local tilt, joints, halves = " + tilt +
-           ", sim.constraint.joint {}, {}\n"
-           "for k, s in ipairs { -1, 1 } do\n"
-           "  halves[k] = sim.rigid { shape = sim.box { half = {0.05, 0.05, 0.05} }, mass = 0.5,\n"
-           "    position = { -0.05 * s * math.sin(tilt), 0.111 + 0.05 * s * math.cos(tilt), 0 },\n"
-           "    velocity = {0, -4, 0}, rotation = {0, 0, tilt}, friction = 10 }\nend\n"
-           "for _, x in ipairs { -0.05, 0.05 } do for _, z in ipairs { -0.05, 0.05 } do\n"
-           "  joints:tie(halves[1]:at {x, 0.05, z}, halves[2]:at {x, -0.05, z})\nend end\n"
-           "return sim.scene { bodies = halves, constraints = { joints },\n"
-           "  colliders = { sim.collider.plane { friction = 10 } },\n"
-           "  forces = {}, integrator = 'verlet', dt = 0.005, duration = 0.02 }\n";
-  };
   for (const std::string tilt : {"0.05", "0.01", "1e-3"})
     for (const double dt : {0.005, 0.001, 0.0001}) {
       TextRun run(halves(tilt), "verlet", dt);
@@ -85,6 +87,24 @@ TEST_CASE("two halves of a slab that joints hold together land as the slab does"
         const double w = run.system.body_state(half).angular_velocity.z();
         CHECK(std::fabs(w / rocked(std::stod(tilt)) - 1) < std::stod(tilt));
       }
+    }
+}
+
+// Impulses that bounce run through joints, too, and so do the moves that they cause.
+TEST_CASE("two halves of a slab that joints hold together bounce as the slab does", "[rigid]") {
+  const auto bouncing = [](std::string scene) {
+    for (std::size_t at; (at = scene.find("friction = 10")) != std::string::npos;)
+      scene.replace(at, 13, "restitution = 0.5");
+    return scene;
+  };
+  for (const std::string tilt : {"0.05", "0.01", "1e-3"})
+    for (const double dt : {0.005, 0.001}) {
+      TextRun one(bouncing(slab(tilt, kFloor)), "verlet", dt),
+          two(bouncing(halves(tilt)), "verlet", dt);
+      one.run_to(0.02), two.run_to(0.02);
+      INFO("tilt " << tilt << ", step " << dt);
+      const double w = one.system.body_state(0).angular_velocity.z();
+      CHECK(std::fabs(two.system.body_state(0).angular_velocity.z() / w - 1) < std::stod(tilt));
     }
 }
 
