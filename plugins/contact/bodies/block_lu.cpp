@@ -1,63 +1,10 @@
 #include "block_lu.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <iterator>
 
 namespace sim {
-namespace {
-
-using Block = BlockLu::Block;
-constexpr std::size_t kSide = BlockLu::kSize;
-
-// c -= a b.
-void subtract_product(const Block& a, const Block& b, Block& c) {
-  for (std::size_t i = 0; i < kSide; ++i) {
-    double row[kSide];
-    for (std::size_t j = 0; j < kSide; ++j) row[j] = c[kSide * i + j];
-    for (std::size_t k = 0; k < kSide; ++k)
-      for (std::size_t j = 0; j < kSide; ++j) row[j] -= a[kSide * i + k] * b[kSide * k + j];
-    for (std::size_t j = 0; j < kSide; ++j) c[kSide * i + j] = row[j];
-  }
-}
-
-// y -= a x.
-void subtract_product(const Block& a, const double* x, double* y) {
-  for (std::size_t i = 0; i < kSide; ++i)
-    for (std::size_t k = 0; k < kSide; ++k) y[i] -= a[kSide * i + k] * x[k];
-}
-
-// a := a^-1 by Gauss and Jordan's elimination with pivots of rows.
-bool invert(Block& a) {
-  Block inverse = {};
-  for (std::size_t k = 0; k < kSide; ++k) inverse[(kSide + 1) * k] = 1;
-  for (std::size_t k = 0; k < kSide; ++k) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < kSide; ++i)
-      if (std::fabs(a[kSide * i + k]) > std::fabs(a[kSide * pivot + k])) pivot = i;
-    const double inverse_pivot = 1 / a[kSide * pivot + k];
-    if (!std::isfinite(inverse_pivot)) return false;
-    for (std::size_t j = 0; j < kSide; ++j) {
-      std::swap(a[kSide * k + j], a[kSide * pivot + j]);
-      std::swap(inverse[kSide * k + j], inverse[kSide * pivot + j]);
-      a[kSide * k + j] *= inverse_pivot;
-      inverse[kSide * k + j] *= inverse_pivot;
-    }
-    for (std::size_t i = 0; i < kSide; ++i) {
-      const double factor = a[kSide * i + k];
-      if (i == k || factor == 0) continue;
-      for (std::size_t j = 0; j < kSide; ++j) {
-        a[kSide * i + j] -= factor * a[kSide * k + j];
-        inverse[kSide * i + j] -= factor * inverse[kSide * k + j];
-      }
-    }
-  }
-  a = inverse;
-  return true;
-}
-
-}  // namespace
 
 // The order that eliminates a node with the fewest neighbours next, which are then neighbours of
 // each other (Tinney & Walker (1967), Proc. IEEE 55, 1801-1809).
@@ -123,7 +70,7 @@ void BlockLu::analyse(int nodes, std::span<const std::array<int, 2>> pairs) {
       for (std::size_t q = begin_[k]; q < begin_[k + 1]; ++q)
         targets_.push_back(find(rows_[p], rows_[q]));
   blocks_.resize(nodes_ + 2 * rows_.size());
-  x_.resize(kSize * nodes_);
+  x_.resize(kStride * nodes_);
 }
 
 std::size_t BlockLu::find(std::size_t row, std::size_t column) const {
@@ -132,42 +79,23 @@ std::size_t BlockLu::find(std::size_t row, std::size_t column) const {
   const auto first = rows_.begin() + static_cast<std::ptrdiff_t>(begin_[low]),
              last = rows_.begin() + static_cast<std::ptrdiff_t>(begin_[low + 1]);
   const auto slot = static_cast<std::size_t>(std::lower_bound(first, last, high) - rows_.begin());
-  return row > column ? lower(slot) : upper(slot);
+  const LuBlocks places{nodes_};
+  return row > column ? places.lower(slot) : places.upper(slot);
 }
 
-void BlockLu::clear() { std::ranges::fill(blocks_, Block{}); }
+void BlockLu::clear() { std::ranges::fill(blocks_, LuBlock{}); }
 
-// Column by column: L_ik = A_ik A_kk^-1, A_ij -= L_ik A_kj. The diagonal becomes its inverse.
-bool BlockLu::factorise() {
-  const std::size_t* target = targets_.data();
-  for (std::size_t k = 0; k < nodes_; ++k) {
-    if (!invert(blocks_[k])) return false;
-    for (std::size_t p = begin_[k]; p < begin_[k + 1]; ++p) {
-      Block product = {};
-      subtract_product(blocks_[lower(p)], blocks_[k], product);
-      for (std::size_t j = 0; j < product.size(); ++j) blocks_[lower(p)][j] = -product[j];
-      for (std::size_t q = begin_[k]; q < begin_[k + 1]; ++q)
-        subtract_product(blocks_[lower(p)], blocks_[upper(q)], blocks_[*target++]);
-    }
-  }
-  return true;
+LuBlocks BlockLu::factors() {
+  return {nodes_, begin_.data(), rows_.data(), targets_.data(), blocks_.data()};
 }
 
-void BlockLu::solve(std::span<double> x) const {
-  for (std::size_t i = 0; i < nodes_; ++i)
-    std::copy_n(&x[kSize * i], kSize, &x_[kSize * place_[i]]);
-  for (std::size_t k = 0; k < nodes_; ++k)
-    for (std::size_t p = begin_[k]; p < begin_[k + 1]; ++p)
-      subtract_product(blocks_[lower(p)], &x_[kSize * k], &x_[kSize * rows_[p]]);
-  for (std::size_t k = nodes_; k-- > 0;) {
-    for (std::size_t p = begin_[k]; p < begin_[k + 1]; ++p)
-      subtract_product(blocks_[upper(p)], &x_[kSize * rows_[p]], &x_[kSize * k]);
-    double sum[kSize] = {};
-    subtract_product(blocks_[k], &x_[kSize * k], sum);
-    for (std::size_t j = 0; j < kSize; ++j) x_[kSize * k + j] = -sum[j];
-  }
-  for (std::size_t i = 0; i < nodes_; ++i)
-    std::copy_n(&x_[kSize * place_[i]], kSize, &x[kSize * i]);
+bool BlockLu::factorise() { return kernels_.factorise(factors()); }
+
+void BlockLu::solve(std::span<double> x) {
+  const auto copy = [](const double* from, double* to) { std::copy_n(from, kStride, to); };
+  for (std::size_t i = 0; i < nodes_; ++i) copy(&x[kStride * i], &x_[kStride * place_[i]]);
+  kernels_.solve(factors(), x_.data());
+  for (std::size_t i = 0; i < nodes_; ++i) copy(&x_[kStride * place_[i]], &x[kStride * i]);
 }
 
 }  // namespace sim

@@ -16,7 +16,6 @@ constexpr double kWorse = 4;                // times the least residual, by roun
 constexpr double kInexact = 0.1;            // of the change of p: what F may be off by
 constexpr double kFine = 1e-3;              // of the tolerance: the same
 constexpr double kJointWeight = 100;        // of s: joints are linear
-constexpr double kTighter = 10;             // joints: the projection onto them moves points
 constexpr double kMotionRounding = 1e-13;   // of |y|
 constexpr double kImpulseRounding = 3e-16;  // of |y|, times the weight of s
 constexpr std::size_t kMostProducts = 8'000'000;  // of blocks, by all factors
@@ -39,7 +38,7 @@ Vec3 ProximalNewton::projected(const Point& point, Mat3* slope) {
 Vec3 ProximalNewton::velocity(const Point& point, std::span<const double> y) const {
   Vec3 w = point.free;
   for (const Side& side : sides_of(point)) {
-    const double* const at = &y[BlockLu::kSize * static_cast<std::size_t>(side.node)];
+    const double* const at = &y[BlockLu::kStride * static_cast<std::size_t>(side.node)];
     for (std::size_t k = 0; k < 3; ++k) {
       const double* const row = side.row[k];
       w[k] += (row[0] * at[0] + row[1] * at[1] + row[2] * at[2]) +
@@ -52,7 +51,7 @@ Vec3 ProximalNewton::velocity(const Point& point, std::span<const double> y) con
 // y += G^T of a point times its impulse.
 void ProximalNewton::add(const Point& point, const Vec3& impulse, std::span<double> y) const {
   for (const Side& side : sides_of(point)) {
-    double* const at = &y[BlockLu::kSize * static_cast<std::size_t>(side.node)];
+    double* const at = &y[BlockLu::kStride * static_cast<std::size_t>(side.node)];
     double sum[BlockLu::kSize];  // which overlaps nothing, so that this becomes vector code
     for (std::size_t j = 0; j < BlockLu::kSize; ++j)
       sum[j] = ((at[j] + impulse[0] * side.row[0][j]) + impulse[1] * side.row[1][j]) +
@@ -160,7 +159,7 @@ void ProximalNewton::load(std::span<const SolverBody> bodies, const Island& isla
   for (const std::size_t group : island.groups)
     for (const JointGroup::Member& member : island.joints->group(group).members())
       nodes += member.place < 0;
-  y_.assign(BlockLu::kSize * static_cast<std::size_t>(nodes), 0);
+  y_.assign(BlockLu::kStride * static_cast<std::size_t>(nodes), 0);
   load_contacts(bodies, island.rows);
   auto particle = static_cast<int>(island.bodies.size());
   for (const std::size_t group : island.groups) load_joints(island.joints->group(group), particle);
@@ -199,10 +198,10 @@ double ProximalNewton::evaluate(std::span<const double> y, std::span<double> res
 // I + s G^T P' G at y_, where F was evaluated last.
 void ProximalNewton::fill_matrix() {
   matrix_.clear();
-  for (std::size_t i = 0; BlockLu::kSize * i < y_.size(); ++i) {
+  for (std::size_t i = 0; BlockLu::kStride * i < y_.size(); ++i) {
     const int node = static_cast<int>(i);
-    BlockLu::Block& block = matrix_.block(matrix_.entry(node, node));
-    for (std::size_t k = 0; k < BlockLu::kSize; ++k) block[(BlockLu::kSize + 1) * k] = 1;
+    LuBlock& block = matrix_.block(matrix_.entry(node, node));
+    for (std::size_t k = 0; k < BlockLu::kSize; ++k) block(k, k) = 1;
   }
   for (const Point& point : points_) {
     if (point.tried == Vec3() && !(point.scale > 0)) continue;
@@ -211,22 +210,15 @@ void ProximalNewton::fill_matrix() {
     projected(point, &slope);
     const std::span<const Side> sides = sides_of(point);
     for (std::size_t b = 0; b < sides.size(); ++b) {
-      double product[3][BlockLu::kSize] = {};  // s P' G
+      double product[3][BlockLu::kStride] = {};  // s P' G
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t l = 0; l < 3; ++l)
           if (const double factor = s * slope(k, l); factor != 0)  // few are not, without slip
-            for (std::size_t j = 0; j < BlockLu::kSize; ++j)
+            for (std::size_t j = 0; j < BlockLu::kStride; ++j)
               product[k][j] += factor * sides[b].row[l][j];
-      for (std::size_t a = 0; a < sides.size(); ++a) {
-        const Side& side = sides[a];
-        BlockLu::Block& block = matrix_.block(entries_[point.entries + sides.size() * a + b]);
-        for (std::size_t i = 0; i < BlockLu::kSize; ++i) {
-          const double n = side.row[0][i], u = side.row[1][i], v = side.row[2][i];
-          double* const to = &block[BlockLu::kSize * i];
-          for (std::size_t j = 0; j < BlockLu::kSize; ++j)
-            to[j] = ((to[j] + n * product[0][j]) + u * product[1][j]) + v * product[2][j];
-        }
-      }
+      for (std::size_t a = 0; a < sides.size(); ++a)
+        kernels_.add_product(sides[a].row, product,
+                             matrix_.block(entries_[point.entries + sides.size() * a + b]));
     }
   }
 }

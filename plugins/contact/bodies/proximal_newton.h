@@ -44,8 +44,8 @@ class ProximalNewton {
 
  private:
   struct Side {
-    int node = 0;                        // a body of the island, or a particle behind those
-    double row[3][BlockLu::kSize] = {};  // G: of each direction, for its velocity and its rotation
+    int node = 0;                          // a body of the island, or a particle behind those
+    double row[3][BlockLu::kStride] = {};  // G: of each direction, for its velocity and rotation
   };
   struct Point {
     std::size_t sides = 0, count = 0, entries = 0;  // the first ones, and how many sides
@@ -81,6 +81,7 @@ class ProximalNewton {
   std::vector<std::array<int, 2>> pairs_;  // of nodes that share a point
   std::vector<Mat3> root_;                 // of the inverse inertia of each body
   BlockLu matrix_;
+  BlockLuKernels kernels_ = block_lu_kernels();
   double weight_ = 0;  // of s
   int solves_ = 0, left_ = 0;
 };
