@@ -189,8 +189,10 @@ std::string error_choice_text(const std::optional<GoalChoice>& made, const RunRe
   const GoalChoice& choice = *made;
   const std::string asked = "at most " + goal_amount(choice, choice.allowed, 3) + " (" +
                             percent(choice.allowed / choice.size, 1, 2) + " of the " +
-                            (request.of.empty() ? "size" : "range") + "), " +
-                            judged_text_of(request, choice);
+                            (!request.of.empty()   ? "range"
+                             : choice.unit.empty() ? "first state"
+                                                   : "size") +
+                            "), " + judged_text_of(request, choice);
   std::string text = label("error", wrapped(asked, 12, 12));
   const std::string others = others_text(choice);
   const bool restricted = !request.scene.integrator.name.empty() || request.scene.dt > 0;

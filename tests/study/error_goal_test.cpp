@@ -183,6 +183,21 @@ TEST_CASE("a choice is checked at each time of a run", "[study][goal]") {
   }
 }
 
+// A step of three numbers takes less time than an answer does, and a run has thousands of its own.
+TEST_CASE("trials ask seldom whether to go on", "[study][goal]") {
+  const sim::SystemSpec spec = shipped("oregonator");
+  sim::Registry registry = make_registry();
+  const sim::study::Problem problem{.spec = &spec, .registry = &registry};
+  const auto methods = sim::study::fitting_methods(problem, {{"dopri5", {}}});
+  long asked = 0;
+  const sim::study::TrajectoryPlan plan{.time = 100, .intervals = 1, .steps = 1};
+  const sim::study::Trajectory path =
+      sim::study::run_trajectory(problem, methods.front(), plan, [&] { return ++asked > 0; });
+  CHECK(path.finished);
+  CHECK(path.effort.steps > 10000);
+  CHECK(asked < path.effort.steps / 10);
+}
+
 // The look at 32768 numbers before them takes longer than 20 steps do.
 TEST_CASE("the time of trials is theirs alone", "[study][goal]") {
   const GoalChoice choice = choice_of(shipped("gray_scott"), {.budget = {1e-2, false}, .time = 20});

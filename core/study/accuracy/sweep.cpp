@@ -90,7 +90,7 @@ std::vector<Candidate> methods_to_sweep(const Problem& problem, const Simulation
 }
 
 int repeats_after(double seconds, int wanted) {
-  return std::min(wanted, seconds > 0.5 ? 0 : seconds > 0.02 ? 3 : wanted);
+  return std::min(wanted, seconds > 0.1 ? 0 : seconds > 0.02 ? 3 : wanted);
 }
 
 bool has_dense_output(const IntegratorInfo& info, bool contact) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/pacer.h"
 #include "core/base/stopwatch.h"
 #include "core/particles/particle_system.h"
 #include "core/study/energy_balance.h"
@@ -82,7 +83,10 @@ double scene_size(const Simulation& system) {
 }
 
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
-                          const TrajectoryPlan& plan, const std::function<bool()>& go_on) {
+                          const TrajectoryPlan& plan, const std::function<bool()>& ask) {
+  // Steps of three numbers take less time than an answer.
+  Pacer pacer;
+  const std::function<bool()> go_on = [&] { return !pacer.due() || ask(); };
   Problem with = problem.with(method);
   if (plan.tolerance > 0)
     with.options.integrator.given["tol"] = std::max(plan.tolerance, method.least_tolerance);
