@@ -34,6 +34,8 @@ class RigidMotion {
   // The pose of a body whose center is at `center` when it is at rest. May throw Error{kScene} if
   // sampled().
   virtual Pose at(double t, const Vec3& center) const = 0;
+  // Its center alone, where that takes less.
+  virtual Vec3 center_at(double t, const Vec3& center) const { return at(t, center).center; }
 
   // Bounds at all times: of the center's velocity, m/s, and of |rate|, rad/s. Not used if
   // sampled().

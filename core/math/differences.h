@@ -5,8 +5,33 @@
 
 namespace sim {
 
-// Central differences, Fornberg (1988), Math. Comput. 51, 699-706, table 1. The function gives
-// numbers or vectors.
+// Nine values of a function, at equal steps about a point, and its derivatives there: central
+// differences, Fornberg (1988), Math. Comput. 51, 699-706, table 1. Derivatives of fourth order,
+// from five of the values, nearly agree with them if the function is smooth.
+template <class Value>
+struct NineValues {
+  double step = 0;
+  Value value, sums[5], differences[5];  // f(t + k step) + f(t - k step), and the same with -
+
+  Value first() const {
+    return ((4.0 / 5) * differences[1] - (1.0 / 5) * differences[2] + (4.0 / 105) * differences[3] -
+            (1.0 / 280) * differences[4]) /
+           step;
+  }
+  Value second() const {
+    return ((8.0 / 5) * sums[1] - (1.0 / 5) * sums[2] + (8.0 / 315) * sums[3] -
+            (1.0 / 560) * sums[4] - (205.0 / 72) * value) /
+           (step * step);
+  }
+  Value first_of_fourth_order() const {
+    return ((2.0 / 3) * differences[1] - (1.0 / 12) * differences[2]) / step;
+  }
+  Value second_of_fourth_order() const {
+    return ((4.0 / 3) * sums[1] - (1.0 / 12) * sums[2] - (5.0 / 2) * value) / (step * step);
+  }
+};
+
+// The function gives numbers or vectors.
 class NinePoints {
  public:
   explicit NinePoints(double step = 0x1p-5) : step_(step) {}
@@ -14,19 +39,21 @@ class NinePoints {
   double step() const { return step_; }
 
   template <class F>
-  auto first(const F& f, double at) const {
-    const auto pair = [&](int k) { return f(at + k * step_) - f(at - k * step_); };
-    return ((4.0 / 5) * pair(1) - (1.0 / 5) * pair(2) + (4.0 / 105) * pair(3) -
-            (1.0 / 280) * pair(4)) /
-           step_;
+  auto values(const F& f, double at) const {
+    NineValues<decltype(f(at))> nine{step_, f(at), {}, {}};
+    for (int k = 1; k < 5; ++k) {
+      const auto after = f(at + k * step_), before = f(at - k * step_);
+      nine.sums[k] = after + before, nine.differences[k] = after - before;
+    }
+    return nine;
   }
-
+  template <class F>
+  auto first(const F& f, double at) const {
+    return values(f, at).first();
+  }
   template <class F>
   auto second(const F& f, double at) const {
-    const auto pair = [&](int k) { return f(at + k * step_) + f(at - k * step_); };
-    return ((8.0 / 5) * pair(1) - (1.0 / 5) * pair(2) + (8.0 / 315) * pair(3) -
-            (1.0 / 560) * pair(4) - (205.0 / 72) * f(at)) /
-           (step_ * step_);
+    return values(f, at).second();
   }
 
   // The step, a power of two from 2^-3 to 2^-16, at which halving changes the second derivative

@@ -55,7 +55,7 @@ void PrescribedMotion::chords(double t, double d, const Axes& q, const Axes& v) 
 }
 
 void PrescribedMotion::accelerate(double t, const Axes& a) const {
-  for (std::size_t k = 0; k < ids_.size(); ++k) put_vector(a, ids_[k], paths_[k].acceleration(t));
+  for (std::size_t k = 0; k < ids_.size(); ++k) put_vector(a, ids_[k], paths_[k].at(t).a);
 }
 
 }  // namespace sim

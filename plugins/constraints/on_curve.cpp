@@ -100,25 +100,11 @@ class OnCurve final : public sim::Constraint {
     bool kink = false;
   };
 
-  // Differences of eighth order; for a smooth wire those of fourth order nearly agree.
   Piece piece(double s, double t) const {
-    sim::Vec3 pairs[5], sums[5];
-    Piece r{s, curve_->at(s, t), {}, {}, false};
-    for (int j = 1; j <= 4; ++j) {
-      const sim::Vec3 above = curve_->at(s + j * ds_, t), below = curve_->at(s - j * ds_, t);
-      pairs[j] = above - below;
-      sums[j] = above + below;
-    }
-    r.first =
-        (4.0 / 5 * pairs[1] - 1.0 / 5 * pairs[2] + 4.0 / 105 * pairs[3] - 1.0 / 280 * pairs[4]) /
-        ds_;
-    r.second = (8.0 / 5 * sums[1] - 1.0 / 5 * sums[2] + 8.0 / 315 * sums[3] - 1.0 / 560 * sums[4] -
-                205.0 / 72 * r.x) /
-               (ds_ * ds_);
-    const sim::Vec3 rough = (2.0 / 3 * pairs[1] - 1.0 / 12 * pairs[2]) / ds_;
-    const sim::Vec3 rough_second =
-        (4.0 / 3 * sums[1] - 1.0 / 12 * sums[2] - 5.0 / 2 * r.x) / (ds_ * ds_);
-    r.kink = !((rough - r.first).norm() + ds_ * (rough_second - r.second).norm() <=
+    const auto nine = sim::NinePoints(ds_).values([&](double at) { return curve_->at(at, t); }, s);
+    Piece r{s, nine.value, nine.first(), nine.second(), false};
+    r.kink = !((nine.first_of_fourth_order() - r.first).norm() +
+                   ds_ * (nine.second_of_fourth_order() - r.second).norm() <=
                1e-2 * r.first.norm());
     return r;
   }

@@ -87,3 +87,21 @@ TEST_CASE("the work of a hand on rods is in the balance of energy", "[lua][const
     before = all.off;
   }
 }
+
+// Two moments a step of rk4, with nine places each, and the start.
+TEST_CASE("a function that moves a hoop is called a few times a step", "[lua][constraint]") {
+  const SceneSpec spec = load_text(
+      "local calls = 0\nlocal p = sim.particles { mass = 1 }\np:add {1, 0, 0}\n"
+      "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+      "constraints = { sim.constraint.on_circle { particles = {0}, radius = 1,\n"
+      "  axis = function(t) calls = calls + 1 return {math.sin(t), 0, math.cos(t)} end } },\n"
+      "observe = { calls = function() return calls end },\n"
+      "integrator = 'rk4', dt = 0.01, duration = 1 }\n");
+  Registry registry({SIM_PLUGIN_DIR});
+  Simulation system(spec.systems[0], registry, {});
+  const auto calls = [&] { return spec.systems[0].observers[0].value(system); };
+  const double before = calls();
+  for (int step = 0; step < 10; ++step) REQUIRE(system.step());
+  CHECK(calls() - before <= 10 * 3 * 9);
+  CHECK(calls() - before >= 10 * 9);
+}

@@ -100,6 +100,12 @@ TEST_CASE("differences of nine points are exact for polynomials of eighth order"
     const double second = n > 1 ? n * (n - 1) * std::pow(at, n - 2) : 0;
     CHECK(points.second(f, at) == Approx(second).margin(1e-12));
     if (n < 9) CHECK(points.first(f, at) == Approx(first).margin(1e-13));
+    const auto nine = points.values(f, at);
+    CHECK(nine.value == f(at));
+    CHECK(nine.first() == points.first(f, at));
+    CHECK(nine.second() == points.second(f, at));
+    if (n < 5) CHECK(nine.first_of_fourth_order() == Approx(first).margin(1e-13));
+    if (n < 6) CHECK(nine.second_of_fourth_order() == Approx(second).margin(1e-12));
   }
   CHECK(NinePoints().step() == 1.0 / 32);
   double off = 0;

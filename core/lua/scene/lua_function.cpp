@@ -256,6 +256,7 @@ class LuaMotion final : public RigidMotion {
         (12 * kStep);
     return pose;
   }
+  Vec3 center_at(double t, const Vec3& /*center*/) const override { return place(t); }
   bool sampled() const override { return true; }
   const char* note() const override {
     return differences_ ? "the velocity of its motion is had by differences; return it second" : "";

@@ -1,6 +1,7 @@
 // A prescribed vector as a function of time with its derivatives; the row of a distance from it.
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "core/geometry/rigid_motion.h"
@@ -10,7 +11,7 @@
 namespace sim {
 
 // The position of the center of a motion that rests at `center`, moved by `offset`. Derivatives are
-// taken from nine of its values.
+// taken from nine of its values. For one thread.
 class Driven {
  public:
   struct At {
@@ -31,20 +32,22 @@ class Driven {
     pose.center += offset_;
     return pose;
   }
-  Vec3 place(double t) const { return pose(t).center; }
-  Vec3 acceleration(double t) const {
-    return points_.second([&](double s) { return place(s); }, t);
-  }
+  Vec3 place(double t) const { return motion_->center_at(t, center_) + offset_; }
   At at(double t) const {
     if (!moves()) return {place(t), Vec3::Zero(), Vec3::Zero()};
-    const auto f = [&](double s) { return place(s); };
-    return {place(t), points_.first(f, t), acceleration(t)};
+    if (t == last_t_) return last_;
+    const auto nine = points_.values([&](double s) { return place(s); }, t);
+    last_t_ = t;
+    return last_ = {nine.value, nine.first(), nine.second()};
   }
 
  private:
   std::shared_ptr<const RigidMotion> motion_;
   Vec3 center_, offset_;
   NinePoints points_;
+  // Equations are evaluated several times at the same time, and a function of a scene takes long.
+  mutable double last_t_ = std::nan("");
+  mutable At last_;
 };
 
 // phi = (|d|^2 - R^2) / 2R of a particle that is d = x - c(t) from a center, with w = d'.
