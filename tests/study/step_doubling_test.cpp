@@ -209,6 +209,36 @@ TEST_CASE("a run that is in doubt is followed no further, beside it or behind it
   CHECK(beside.error == early.error);
 }
 
+// A dashpot makes verlet evaluate forces four times a step. Half the step, and twice the step for
+// the order, take two and a half times the run.
+TEST_CASE("a method that evaluates forces several times a step is refined by half the step") {
+  sim::Registry registry = make_registry();
+  const sim::SceneSpec scene = sim::test::load_text(
+      "local calls = 0\nlocal p = sim.particles { mass = 1 }\np:add {0, 0, 0}\np:add {0, -1, 0}\n"
+      "p:prescribe(0, function(t) calls = calls + 1 return {0.1 * math.sin(t), 0, 0} end)\n"
+      "return sim.scene { particles = p, integrator = 'verlet', dt = 0.01, duration = 3,\n"
+      "forces = { sim.force.gravity {}, sim.force.spring { stiffness = 50, damping = 1,\n"
+      "  ties = { {0, 1} } } }, observe = { calls = function() return calls end } }\n");
+  const sim::SystemSpec& spec = scene.systems[0];
+  sim::Simulation system(spec, registry, {});
+  const auto calls = [&] { return spec.observers[0].value(system); };
+  sim::study::StepDoubling shadow(spec, system, 300, registry);
+  const double before = calls();
+  for (int n = 0; n <= 300; ++n) {
+    if (n > 0) REQUIRE(system.step());
+    const sim::Energy energy = system.energy();
+    shadow.look(&energy);
+  }
+  const double run = calls() - before;
+  const RunDeviation deviation = shadow.compare([] { return false; });
+  const double comparison = calls() - before - run;
+  REQUIRE(system.integrator().effort().evaluations == 1200);
+  CHECK(comparison > 2 * run);
+  CHECK(comparison < 3 * run);
+  CHECK(deviation.outcome == RunDeviation::Outcome::kCompared);
+  CHECK(deviation.error < 1e-3);
+}
+
 TEST_CASE("a comparison that is stopped tells until when positions are known") {
   sim::Registry registry = make_registry();
   const sim::SystemSpec spec = make_elastic_pendulum();

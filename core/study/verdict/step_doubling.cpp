@@ -73,7 +73,7 @@ StepDoubling::StepDoubling(const SystemSpec& spec, Simulation& run, std::int64_t
       run_(&run),
       registry_(&registry),
       start_(run.snapshot()),
-      start_evaluations_(run.integrator().effort().evaluations),
+      start_steps_(run.integrator().effort().steps),
       last_step_(run.step_count() + steps) {
   const auto numbers = std::max<std::size_t>(1, run.state().size());
   const auto most = std::clamp<std::size_t>(kMostNumbers / numbers, 4, kMostFrames);
@@ -97,8 +97,8 @@ void StepDoubling::look(const Energy* energy, std::span<const double> observed) 
   if (beside_) beside_->look(frames_.back().at, frames_.back().seen.x);
 }
 
-// Two samples for each step of the method, more if steps are so few that two show no more. A method
-// with steps inside ours is judged by its evaluations.
+// Two samples for each step of the method, also of one with steps inside ours, and more if steps
+// are so few that two show no more.
 double StepDoubling::steps_per_step(double steps) const {
   constexpr double kFewest = 64, kMost = 32;
   if (run_->integrator_info().adaptive)
@@ -108,12 +108,10 @@ double StepDoubling::steps_per_step(double steps) const {
 }
 
 double StepDoubling::steps_inside() const {
-  const IntegratorInfo info = run_->integrator_info();
   const auto taken = static_cast<double>(run_->step_count() - start_.step);
-  const auto evaluations =
-      static_cast<double>(run_->integrator().effort().evaluations - start_evaluations_);
-  if (info.adaptive || info.evaluations <= 0 || !(taken > 0)) return 1;
-  return std::max(1.0, std::round(evaluations / (info.evaluations * taken)));
+  const auto own = static_cast<double>(run_->integrator().effort().steps - start_steps_);
+  if (run_->integrator_info().adaptive || !(taken > 0)) return 1;
+  return std::max(1.0, std::round(own / taken));
 }
 
 // Springs are sampled in every step of an adaptive run, or else often enough to catch one that

@@ -106,7 +106,7 @@ class StepDoubling {
   Simulation* run_;
   Registry* registry_;
   Snapshot start_;
-  std::int64_t start_evaluations_;
+  std::int64_t start_steps_;  // of the method itself
   std::int64_t last_step_;
   std::int64_t stride_;  // looks a frame
   std::int64_t looks_ = 0;
