@@ -26,6 +26,11 @@ class BlockLu {
     return find(place_[static_cast<std::size_t>(row)], place_[static_cast<std::size_t>(column)]);
   }
   LuBlock& block(std::size_t entry) { return blocks_[entry]; }
+  // block += sum_k rows[k]^T products[k].
+  void add_product(std::size_t entry, const double (&rows)[3][kStride],
+                   const double (&products)[3][kStride]) {
+    kernels_.add_product(rows, products, blocks_[entry]);
+  }
   bool factorise();                 // false if a pivot is singular
   void solve(std::span<double> x);  // x := A^-1 x, kStride numbers a node
 

@@ -217,8 +217,7 @@ void ProximalNewton::fill_matrix() {
             for (std::size_t j = 0; j < BlockLu::kStride; ++j)
               product[k][j] += factor * sides[b].row[l][j];
       for (std::size_t a = 0; a < sides.size(); ++a)
-        kernels_.add_product(sides[a].row, product,
-                             matrix_.block(entries_[point.entries + sides.size() * a + b]));
+        matrix_.add_product(entries_[point.entries + sides.size() * a + b], sides[a].row, product);
     }
   }
 }

@@ -81,7 +81,6 @@ class ProximalNewton {
   std::vector<std::array<int, 2>> pairs_;  // of nodes that share a point
   std::vector<Mat3> root_;                 // of the inverse inertia of each body
   BlockLu matrix_;
-  BlockLuKernels kernels_ = block_lu_kernels();
   double weight_ = 0;  // of s
   int solves_ = 0, left_ = 0;
 };
