@@ -63,12 +63,18 @@ class Browser:
             answer = self._read()
             if answer.get("id") == self.last:
                 if "error" in answer:
-                    raise RuntimeError(method + ": " + str(answer["error"]))
+                    gone = "navigated" in answer["error"].get("message", "")
+                    raise (Navigated if gone else RuntimeError)(
+                        method + ": " + str(answer["error"]))
                 return answer["result"]
             self.events.append(answer)
 
     def open(self, address):
         return Tab(self, address)
+
+
+class Navigated(RuntimeError):
+    """The page loaded anew while it was asked."""
 
 
 class Tab:
@@ -102,8 +108,11 @@ class Tab:
     def until(self, code, seconds=60):
         end = time.time() + seconds
         while time.time() < end:
-            if self.js(code):
-                return
+            try:
+                if self.js(code):
+                    return
+            except Navigated:
+                pass  # the new page is asked
             time.sleep(0.03)
         raise AssertionError("did not come true: " + code)
 

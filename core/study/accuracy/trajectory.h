@@ -38,7 +38,7 @@ struct TrajectoryPlan {
   std::function<void(int k, const std::vector<double>&)> see{};
 };
 
-// Ends early, unfinished, if `go_on` says so.
+// Ends early, unfinished, if `go_on` says so, which is asked about once a millisecond.
 Trajectory run_trajectory(const Problem& problem, const Candidate& method,
                           const TrajectoryPlan& plan, const std::function<bool()>& go_on);
 
