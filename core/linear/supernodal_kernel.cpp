@@ -8,22 +8,12 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-constexpr int kRows = 8, kColumns = 4, kVectors = kRows / kDoubles;
+constexpr int kRows = 8, kColumns = 4;
 
-struct EightRows {
-  Doubles part[kVectors];
-};
+using EightRows = Registers<kRows>;
 
-SIM_INLINE EightRows eight(const double* p) {
-  EightRows rows;
-  for (int i = 0; i < kVectors; ++i) rows.part[i] = load(p + i * kDoubles);
-  return rows;
-}
-SIM_INLINE void put(double* p, const EightRows& rows) {
-  for (int i = 0; i < kVectors; ++i) store(p + i * kDoubles, rows.part[i]);
-}
 SIM_INLINE void add_product(EightRows& sum, const EightRows& a, Doubles b) {
-  for (int i = 0; i < kVectors; ++i) sum.part[i] += a.part[i] * b;
+  for (int i = 0; i < EightRows::kParts; ++i) sum.part[i] += a.part[i] * b;
 }
 
 void multiply(const double* a, std::ptrdiff_t stride, int rows, const double* b, int depth,
@@ -32,11 +22,11 @@ void multiply(const double* a, std::ptrdiff_t stride, int rows, const double* b,
     EightRows sum[kColumns] = {};
     const double* from = a + i;
     for (int k = 0; k < depth; ++k, from += stride) {
-      const EightRows column = eight(from);
+      const EightRows column = load_registers<kRows>(from);
       for (int j = 0; j < kColumns; ++j)
         add_product(sum[j], column, splat<double>(b[kColumns * k + j]));
     }
-    for (int j = 0; j < kColumns; ++j) put(c + j * c_stride + i, sum[j]);
+    for (int j = 0; j < kColumns; ++j) store(c + j * c_stride + i, sum[j]);
   }
 }
 
@@ -88,16 +78,16 @@ template <int N>
 SIM_INLINE void backward_group(const double* panel, std::ptrdiff_t stride, int rows, double* x) {
   EightRows sum[N] = {};
   for (int i = N; i < rows; i += kRows) {
-    const EightRows known = eight(x + i);
+    const EightRows known = load_registers<kRows>(x + i);
     for (int k = 0; k < N; ++k) {
-      const EightRows column = eight(panel + k * stride + i);
-      for (int part = 0; part < kVectors; ++part)
+      const EightRows column = load_registers<kRows>(panel + k * stride + i);
+      for (int part = 0; part < EightRows::kParts; ++part)
         sum[k].part[part] += column.part[part] * known.part[part];
     }
   }
   for (int k = N - 1; k >= 0; --k) {
     double eighths[kRows];
-    put(eighths, sum[k]);
+    store(eighths, sum[k]);
     double all = ((eighths[0] + eighths[4]) + (eighths[2] + eighths[6])) +
                  ((eighths[1] + eighths[5]) + (eighths[3] + eighths[7]));
     for (int i = k + 1; i < N; ++i) all += panel[k * stride + i] * x[i];

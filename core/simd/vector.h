@@ -56,6 +56,23 @@ SIM_INLINE V<Real> splat(double s) {
   return static_cast<Real>(s) - V<Real>{};
 }
 
+// N numbers side by side, in as many vectors as they take, which are loaded and stored whole.
+template <int N>
+struct Registers {
+  static constexpr int kParts = (N + kDoubles - 1) / kDoubles;
+  Doubles part[kParts];
+};
+template <int N>
+SIM_INLINE Registers<N> load_registers(const double* p) {
+  Registers<N> registers;
+  for (int k = 0; k < registers.kParts; ++k) registers.part[k] = load(p + k * kDoubles);
+  return registers;
+}
+template <int N>
+SIM_INLINE void store(double* p, const Registers<N>& registers) {
+  for (int k = 0; k < registers.kParts; ++k) store(p + k * kDoubles, registers.part[k]);
+}
+
 template <class Real>
 struct V3 {
   V<Real> x, y, z;

@@ -9,27 +9,13 @@ namespace sim::SIM_TARGET {
 namespace {
 
 constexpr int kSize = static_cast<int>(kBlockSize), kStride = static_cast<int>(kBlockStride);
-constexpr int kVectors = (kSize + kDoubles - 1) / kDoubles;  // of a column
 
-// A column, in registers.
-struct Column {
-  Doubles part[kVectors];
-};
-
-SIM_INLINE Column load_column(const double* from) {
-  Column column;
-  for (int p = 0; p < kVectors; ++p) column.part[p] = load(from + p * kDoubles);
-  return column;
-}
-
-SIM_INLINE void store_column(double* to, const Column& column) {
-  for (int p = 0; p < kVectors; ++p) store(to + p * kDoubles, column.part[p]);
-}
+using Column = Registers<kSize>;
 
 // y -= a x.
 SIM_INLINE void subtract_scaled(Column& y, const Column& a, double x) {
   const Doubles factor = splat<double>(x);
-  for (int p = 0; p < kVectors; ++p) y.part[p] -= a.part[p] * factor;
+  for (int p = 0; p < Column::kParts; ++p) y.part[p] -= a.part[p] * factor;
 }
 
 struct Columns {
@@ -38,15 +24,15 @@ struct Columns {
 
 SIM_INLINE Columns load_columns(const LuBlock& block) {
   Columns a;
-  for (int k = 0; k < kSize; ++k) a.column[k] = load_column(block.numbers + kStride * k);
+  for (int k = 0; k < kSize; ++k) a.column[k] = load_registers<kSize>(block.numbers + kStride * k);
   return a;
 }
 
 // y -= A x.
 SIM_INLINE void subtract_product(const Columns& a, const double* x, double* y) {
-  Column sum = load_column(y);
+  Column sum = load_registers<kSize>(y);
   for (int k = 0; k < kSize; ++k) subtract_scaled(sum, a.column[k], x[k]);
-  store_column(y, sum);
+  store(y, sum);
 }
 
 // C -= A B.
@@ -74,9 +60,9 @@ bool invert(LuBlock& a) {
         double* const column = numbers + kStride * j;
         const double scaled = inverse_pivot * column[pivot];
         column[pivot] = column[k], column[k] = scaled;
-        Column rest = load_column(column);
-        subtract_scaled(rest, load_column(factors), scaled);
-        store_column(column, rest);
+        Column rest = load_registers<kSize>(column);
+        subtract_scaled(rest, load_registers<kSize>(factors), scaled);
+        store(column, rest);
       }
   }
   a = inverse;
@@ -119,12 +105,13 @@ void solve(const LuBlocks& factors, double* x) {
 
 void add_product(const double (&rows)[3][kBlockStride], const double (&products)[3][kBlockStride],
                  LuBlock& block) {
-  const Column n = load_column(rows[0]), u = load_column(rows[1]), v = load_column(rows[2]);
+  const Column n = load_registers<kSize>(rows[0]), u = load_registers<kSize>(rows[1]),
+               v = load_registers<kSize>(rows[2]);
   for (int j = 0; j < kSize; ++j) {
     double* const column = block.numbers + kStride * j;
     const Doubles along_n = splat<double>(products[0][j]), along_u = splat<double>(products[1][j]),
                   along_v = splat<double>(products[2][j]);
-    for (int p = 0; p < kVectors; ++p)
+    for (int p = 0; p < Column::kParts; ++p)
       store(column + p * kDoubles,
             ((load(column + p * kDoubles) + n.part[p] * along_n) + u.part[p] * along_u) +
                 v.part[p] * along_v);

@@ -10,29 +10,15 @@ SIM_TARGET_BEGIN
 namespace sim::SIM_TARGET {
 namespace {
 
-constexpr int kRow = AggregateKernels::kRow, kBlock = AggregateKernels::kBlock,
-              kParts = kRow / kDoubles;
+constexpr int kRow = AggregateKernels::kRow, kBlock = AggregateKernels::kBlock;
 
-// A row of a vector, in as many registers as it takes.
-struct Row {
-  Doubles part[kParts];
-};
-
-SIM_INLINE Row load_row(const double* p) {
-  Row row;
-  for (int k = 0; k < kParts; ++k) row.part[k] = load(p + k * kDoubles);
-  return row;
-}
-
-SIM_INLINE void store_row(double* p, const Row& row) {
-  for (int k = 0; k < kParts; ++k) store(p + k * kDoubles, row.part[k]);
-}
+using Row = Registers<kRow>;
 
 // sum += block x
 SIM_INLINE void add_block(const float* block, const double* x, Row& sum) {
   for (int column = 0; column < 6; ++column) {
     const Doubles factor = splat<double>(x[column]);
-    for (int k = 0; k < kParts; ++k)
+    for (int k = 0; k < Row::kParts; ++k)
       sum.part[k] = fma(load_narrow(block + column * kRow + k * kDoubles), factor, sum.part[k]);
   }
 }
@@ -52,10 +38,11 @@ void residual(const WeightedGraph& pattern, const float* blocks, const double* r
     if (at < last)
       add_block(blocks + static_cast<std::ptrdiff_t>(at) * kBlock,
                 x + pattern.to[static_cast<std::size_t>(at)] * kRow, sum);
-    const Row right = load_row(r + i * kRow);
+    const Row right = load_registers<kRow>(r + i * kRow);
     Row rest;
-    for (int k = 0; k < kParts; ++k) rest.part[k] = right.part[k] - (sum.part[k] + other.part[k]);
-    store_row(out + i * kRow, rest);
+    for (int k = 0; k < Row::kParts; ++k)
+      rest.part[k] = right.part[k] - (sum.part[k] + other.part[k]);
+    store(out + i * kRow, rest);
   }
 }
 
@@ -66,9 +53,9 @@ void relax(const float* blocks, double factor, const double* r, double* x, bool 
     Row sum{};
     add_block(blocks + static_cast<std::ptrdiff_t>(i) * kBlock, r + i * kRow, sum);
     Row to{};
-    if (add) to = load_row(x + i * kRow);
-    for (int k = 0; k < kParts; ++k) to.part[k] = fma(scale, sum.part[k], to.part[k]);
-    store_row(x + i * kRow, to);
+    if (add) to = load_registers<kRow>(x + i * kRow);
+    for (int k = 0; k < Row::kParts; ++k) to.part[k] = fma(scale, sum.part[k], to.part[k]);
+    store(x + i * kRow, to);
   }
 }
 
