@@ -40,16 +40,13 @@ class NinePoints {
 
   template <class F>
   auto values(const F& f, double at) const {
-    NineValues<decltype(f(at))> nine{step_, f(at), {}, {}};
-    for (int k = 1; k < 5; ++k) {
-      const auto after = f(at + k * step_), before = f(at - k * step_);
-      nine.sums[k] = after + before, nine.differences[k] = after - before;
-    }
+    auto nine = pairs(f, at);
+    nine.value = f(at);
     return nine;
   }
   template <class F>
   auto first(const F& f, double at) const {
-    return values(f, at).first();
+    return pairs(f, at).first();
   }
   template <class F>
   auto second(const F& f, double at) const {
@@ -75,6 +72,17 @@ class NinePoints {
   }
 
  private:
+  // All but the value in the middle.
+  template <class F>
+  auto pairs(const F& f, double at) const {
+    NineValues<decltype(f(at))> nine{step_, {}, {}, {}};
+    for (int k = 1; k < 5; ++k) {
+      const auto after = f(at + k * step_), before = f(at - k * step_);
+      nine.sums[k] = after + before, nine.differences[k] = after - before;
+    }
+    return nine;
+  }
+
   double step_;
 };
 
