@@ -2,11 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/assert.h"
 #include "core/base/slot.h"
+#include "core/linear/supernodal.h"
 
 namespace sim {
+namespace {
+
+constexpr double kShift = 1e-9;        // of the diagonal, where rows depend on others
+constexpr double kLeastPivot = 1e-11;  // of the diagonal, of rows that do not
+
+}  // namespace
+
+struct RowMatrix::Component : RowStructure::Component {
+  bool diagonal = false, shifted = false;
+  std::unique_ptr<SupernodalFactors> panels;  // null: lists
+  bool failed = false;                        // no factors, as entries are not finite
+  int dependent = 0, first_dependent = -1;
+};
 
 RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights,
                      std::span<const std::uint8_t> orthogonal)
@@ -14,7 +29,11 @@ RowMatrix::RowMatrix(const RowPattern& pattern, std::span<const double> weights,
 
 RowMatrix::RowMatrix(std::shared_ptr<const RowStructure> structure)
     : structure_(std::move(structure)) {
-  for (const RowStructure::Component& each : structure_->components) components_.push_back({each});
+  for (const RowStructure::Component& each : structure_->components) {
+    components_.push_back({each});
+    if (each.in_panels)
+      components_.back().panels = std::make_unique<SupernodalFactors>(structure_->entries_of(each));
+  }
   entries_.resize(structure_->entry_row.size());
   values_.resize(structure_->rows.size());
   const auto n = static_cast<std::size_t>(structure_->size);
@@ -22,11 +41,17 @@ RowMatrix::RowMatrix(std::shared_ptr<const RowStructure> structure)
   empty_.assign(n, 0);
 }
 
+RowMatrix::RowMatrix(RowMatrix&&) noexcept = default;
+RowMatrix& RowMatrix::operator=(RowMatrix&&) noexcept = default;
+RowMatrix::~RowMatrix() = default;
+
+std::size_t RowMatrix::fill() const { return structure_->fill; }
+
 // Threads take components in their order, so that each has about as much work.
 template <class Body>
 void RowMatrix::for_each(const Body& body) {
   constexpr std::size_t kWorthThreads = 10'000;  // numbers of L
-  if (!pool_ || components_.size() < 2 || structure_->rows.size() < kWorthThreads) {
+  if (!pool_ || components_.size() < 2 || structure_->fill < kWorthThreads) {
     for (Component& each : components_) body(each);
     return;
   }
@@ -70,13 +95,13 @@ void RowMatrix::factorise_obeyed(std::span<const Vec3> gradient, std::span<const
 
 void RowMatrix::factorise(Component& of, std::span<const Vec3> gradient,
                           std::span<const double> weights, double shift) {
-  constexpr double kShift = 1e-9;
   add_up(of, gradient, weights);
   of.diagonal = false;
   of.dependent = 0;
   of.first_dependent = -1;
   of.shifted = shift > 0 || !eliminate(of, 0);
   if (of.shifted) eliminate(of, std::max(shift, kShift));
+  if (of.shifted && of.panels && shift == 0) find_dependent(of);
 }
 
 // False if weights differ, or a row has none.
@@ -123,7 +148,41 @@ void RowMatrix::add_up(const Component& of, std::span<const Vec3> gradient,
 
 // False if a pivot is so small that its row seems to depend on the rows before it.
 bool RowMatrix::eliminate(Component& of, double shift) {
-  constexpr double kLeastPivot = 1e-11;
+  return of.panels ? eliminate_panels(of, shift) : eliminate_rows(of, shift);
+}
+
+double& RowMatrix::diagonal_of(int place) {
+  return entries_[slot(structure_->entry_begin[slot(place) + 1]) - 1];
+}
+
+// Rows in which nothing moves get a diagonal of 1.
+bool RowMatrix::eliminate_panels(Component& of, double shift) {
+  for (int k = of.begin; k < of.end; ++k) {
+    double& diagonal = diagonal_of(k);
+    empty_[slot(k)] = diagonal == 0;
+    if (diagonal == 0) diagonal = 1;
+  }
+  const std::span<const double> entries = std::span<const double>(entries_).subspan(
+      slot(structure_->entry_begin[slot(of.begin)]),
+      slot(structure_->entry_begin[slot(of.end)] - structure_->entry_begin[slot(of.begin)]));
+  of.failed = !of.panels->factorise(entries, shift == 0, shift);
+  bool regular = !of.failed;
+  for (int k = of.begin; k < of.end && regular && shift == 0; ++k)
+    regular = of.panels->pivot(k - of.begin) > kLeastPivot * diagonal_of(k);
+  return regular;
+}
+
+// Pivots of about the shift are those of rows that depend on others.
+void RowMatrix::find_dependent(Component& of) {
+  constexpr double kDependent = 100 * kShift;
+  for (int k = of.begin; k < of.end; ++k) {
+    if (of.panels->pivot(k - of.begin) > kDependent * diagonal_of(k)) continue;
+    ++of.dependent;
+    if (of.first_dependent < 0) of.first_dependent = structure_->row_at[slot(k)];
+  }
+}
+
+bool RowMatrix::eliminate_rows(Component& of, double shift) {
   bool regular = true;
   for (int k = of.begin; k < of.end; ++k) {
     const auto at = static_cast<std::size_t>(k);
@@ -161,6 +220,14 @@ bool RowMatrix::eliminate(Component& of, double shift) {
 
 // Forward and backward substitution.
 void RowMatrix::substitute(const Component& of, double* x) const {
+  if (of.panels) {
+    const std::span<double> own(x + of.begin, x + of.end);
+    if (of.failed)
+      std::ranges::fill(own, std::numeric_limits<double>::quiet_NaN());
+    else
+      of.panels->solve(own);
+    return;
+  }
   for (int k = of.begin; k < of.end; ++k) {
     const auto at = static_cast<std::size_t>(k);
     const double y = x[k];

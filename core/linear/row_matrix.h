@@ -16,7 +16,7 @@ namespace sim {
 // A is sparse: rows are coupled where they share a free node. The pattern is analysed once; a
 // chain takes time linear in its links. A = L D L^T row by row (Davis (2006), Direct Methods for
 // Sparse Linear Systems, section 4.7), in the given order or in one of little fill (Amestoy, Davis
-// & Duff (1996)).
+// & Duff (1996)). Where much fill is left, as in nets, the factors are panels.
 //
 // Rows that share no node with others, not even through further rows, are components, each with
 // factors of its own: on several threads, with the same bits.
@@ -32,6 +32,9 @@ class RowMatrix {
             std::span<const std::uint8_t> orthogonal = {});
   // The matrix is one of several of the same rows.
   explicit RowMatrix(std::shared_ptr<const RowStructure> structure);
+  RowMatrix(RowMatrix&&) noexcept;
+  RowMatrix& operator=(RowMatrix&&) noexcept;
+  ~RowMatrix();
 
   void share(ThreadPool* pool) { pool_ = pool; }  // between its threads; null: the caller alone
 
@@ -43,13 +46,10 @@ class RowMatrix {
 
   int dependent() const;        // rows that follow from others, as it seems
   int first_dependent() const;  // -1: none
-  std::size_t fill() const { return structure_->rows.size(); }  // numbers of L
+  std::size_t fill() const;     // numbers of L
 
  private:
-  struct Component : RowStructure::Component {
-    bool diagonal = false, shifted = false;
-    int dependent = 0, first_dependent = -1;
-  };
+  struct Component;
 
   template <class Body>
   void for_each(const Body& body);
@@ -59,6 +59,10 @@ class RowMatrix {
   bool fill_diagonal(const Component& of, std::span<const Vec3> gradient,
                      std::span<const double> weights);
   bool eliminate(Component& of, double shift);
+  bool eliminate_rows(Component& of, double shift);
+  bool eliminate_panels(Component& of, double shift);
+  void find_dependent(Component& of);
+  double& diagonal_of(int place);  // the entry of A
   void substitute(const Component& of, double* x) const;
   void multiply(const Component& of, const double* x, double* out) const;
   void refine(const Component& of);

@@ -8,9 +8,13 @@
 #include "core/base/disjoint_sets.h"
 #include "core/base/slot.h"
 #include "core/linear/sparse.h"
+#include "core/linear/supernodal.h"
 
 namespace sim {
 namespace {
+
+// The mean square of the numbers of a column of L from which panels pay: a net of 20 x 20 rods.
+constexpr double kWorthPanels = 200;
 
 // A list of items for each number, one behind the other.
 template <class Item>
@@ -72,12 +76,24 @@ Graph columns_of(const RowPattern& pattern, std::span<const double> weights,
   return columns;
 }
 
-// The column indices of each row of L, ascending, by the elimination tree (Liu 1990).
-Graph rows_of_factor(const Graph& columns) {
+// The numbers of entries of L below the diagonals.
+std::vector<int> factor_counts(const Graph& columns) {
+  Sparsity upper;
+  upper.begin = columns.begin;
+  upper.rows = columns.items;
+  return factor_counts(upper);
+}
+
+// The column indices of each listed row of L, ascending, by the elimination tree (Liu 1990).
+Graph rows_of_factor(const Graph& columns, std::span<const std::uint8_t> listed) {
   const int n = columns.size();
   std::vector<int> parent(slot(n), -1), seen(slot(n), -1);
   Graph rows;
   for (int k = 0; k < n; ++k) {
+    if (!listed[slot(k)]) {
+      rows.close();
+      continue;
+    }
     seen[slot(k)] = k;
     for (int i : columns[k])
       for (; seen[slot(i)] != k; i = parent[slot(i)]) {
@@ -89,6 +105,10 @@ Graph rows_of_factor(const Graph& columns) {
     rows.close();
   }
   return rows;
+}
+
+std::size_t sum_of(std::span<const int> counts) {
+  return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
 }
 
 // take(i, k) is called for each row k and each row i before it that it meets.
@@ -127,7 +147,7 @@ std::vector<int> components_of(const Graph& columns) {
 
 // The place of each row in the elimination order: as given, unless minimum degree has less fill.
 std::vector<int> places_of(const Graph& columns) {
-  const auto fill = [](const Graph& graph) { return rows_of_factor(graph).items.size(); };
+  const auto fill = [](const Graph& graph) { return sum_of(factor_counts(graph)); };
   std::vector<int> place(slot(columns.size()));
   std::iota(place.begin(), place.end(), 0);
   const std::size_t given = fill(columns);
@@ -187,8 +207,23 @@ RowStructure::RowStructure(const RowPattern& pattern, std::span<const double> we
   product_begin = std::move(sums.begin);
   products = std::move(sums.items);
 
-  // The factor.
-  const Graph factor = rows_of_factor(columns);
+  // The factor: which components have panels, and the lists of the others.
+  const std::vector<int> counts = factor_counts(columns);
+  std::size_t work = 0;
+  for (Component& each : components) {
+    const std::span<const int> own(counts.data() + each.begin, counts.data() + each.end);
+    const std::size_t filled = sum_of(own);
+    fill += filled;
+    work += own.size() + filled;
+    each.work = work;
+    double products = 0;
+    for (const double count : own) products += count * count;
+    each.in_panels = products > kWorthPanels * static_cast<double>(own.size());
+  }
+  std::vector<std::uint8_t> listed(slot(size));
+  for (const Component& each : components)
+    std::fill(listed.begin() + each.begin, listed.begin() + each.end, !each.in_panels);
+  const Graph factor = rows_of_factor(columns, listed);
   place_begin = factor.begin;
   places.reserve(factor.items.size());
   const Graph by_columns = lists_of<int>(slot(size), [&](const auto& take) {
@@ -198,12 +233,16 @@ RowStructure::RowStructure(const RowPattern& pattern, std::span<const double> we
   rows = by_columns.items;
   std::vector<int> next = column_begin;
   each_pair(factor, [&](int column, int) { places.push_back({column, next[slot(column)]++}); });
-  std::size_t work = 0;
-  for (Component& each : components) {
-    work += slot(each.end - each.begin) +
-            slot(place_begin[slot(each.end)] - place_begin[slot(each.begin)]);
-    each.work = work;
-  }
+}
+
+Sparsity RowStructure::entries_of(const Component& component) const {
+  const auto first = entry_begin.begin() + component.begin;
+  Sparsity upper;
+  for (auto at = first; at <= entry_begin.begin() + component.end; ++at)
+    upper.begin.push_back(*at - *first);
+  for (int e = *first; e < entry_begin[slot(component.end)]; ++e)
+    upper.rows.push_back(entry_row[slot(e)] - component.begin);
+  return upper;
 }
 
 }  // namespace sim

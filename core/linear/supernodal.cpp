@@ -293,9 +293,13 @@ bool SupernodalFactors::eliminate(const Panel& panel, bool positive) {
   return true;
 }
 
-bool SupernodalFactors::factorise(std::span<const double> values, bool positive) {
+bool SupernodalFactors::factorise(std::span<const double> values, bool positive, double shift) {
   std::fill_n(numbers_.data(), numbers_.size(), 0.0);
   for (std::size_t e = 0; e < entries_.size(); ++e) numbers_[entries_[e]] = values[e];
+  if (shift != 0)
+    for (const Panel& panel : panels_)
+      for (int column = 0; column < panel.columns; ++column)
+        columns_of(panel)[column * (panel.count + 1)] *= 1 + shift;
   std::ranges::fill(waiting_, kNone);
   for (std::size_t p = 0; p < panels_.size(); ++p) {
     const Panel& panel = panels_[p];

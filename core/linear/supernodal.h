@@ -41,9 +41,12 @@ class SupernodalFactors {
   // The upper half with its diagonal.
   explicit SupernodalFactors(const Sparsity& upper);
 
-  // Factorises the matrix of these entries; false if a pivot is 0 or not finite, or below 0 where
-  // they must be positive. Allocates nothing.
-  bool factorise(std::span<const double> values, bool positive);
+  // Factorises the matrix of these entries, whose diagonal is larger by a share `shift`; false if a
+  // pivot is 0 or not finite, or below 0 where they must be positive. Allocates nothing.
+  bool factorise(std::span<const double> values, bool positive, double shift = 0);
+  double pivot(int row) const {
+    return pivots_[static_cast<std::size_t>(order_[static_cast<std::size_t>(row)])];
+  }
   int negative_pivots() const;
   // x := A^-1 x, in one thread at a time.
   void solve(std::span<double> x) const;

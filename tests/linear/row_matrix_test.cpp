@@ -209,6 +209,70 @@ TEST_CASE("separate rows have the same bits on any number of threads") {
   }
 }
 
+namespace {
+
+// A net of n x n nodes with random gradients: its factors are panels from 20 x 20 on.
+Rows net(int n) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> number;
+  Rows rows;
+  for (int i = 0; i < n * n; ++i) rows.weights.push_back(1 + 0.5 * std::sin(i));
+  for (int i = 0; i < n * n; ++i) {
+    if (i % n + 1 < n) rows.pattern.add({i, i + 1});
+    if (i / n + 1 < n) rows.pattern.add({i, i + n});
+  }
+  for (std::size_t e = 0; e < rows.pattern.ids.size(); ++e)
+    rows.gradient.emplace_back(number(random), number(random), number(random));
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("nets are solved in panels") {
+  const int n = GENERATE(19, 24, 31);
+  CAPTURE(n);
+  Rows rows = net(n);
+  Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(rows.pattern.rows(), -1, 2);
+  CHECK(error(rows, rows.dense().ldlt().solve(b), b) < 1e-10);
+  SECTION("rows in which nothing can move have no multiplier") {
+    rows.weights[0] = rows.weights[1] = 0;
+    Eigen::MatrixXd a = rows.dense();
+    a(0, 0) = 1;
+    Eigen::VectorXd x = a.ldlt().solve(b);
+    x[0] = 0;
+    CHECK(error(rows, x, b) < 1e-10);
+  }
+  SECTION("rows that depend on each other get the multipliers of least norm") {
+    for (const int r : {7, 300}) {
+      const auto begin = static_cast<std::size_t>(rows.pattern.begin[r]);
+      const std::vector<int> ids(rows.pattern.of(r).begin(), rows.pattern.of(r).end());
+      rows.pattern.add({ids[0], ids[1]});
+      const sim::Vec3 own[] = {rows.gradient[begin], rows.gradient[begin + 1]};
+      rows.gradient.insert(rows.gradient.end(), {own[0], own[1]});
+    }
+    const Eigen::MatrixXd a = rows.dense();
+    b = a * Eigen::VectorXd::LinSpaced(a.rows(), -1, 2);
+    CHECK(error(rows, a.completeOrthogonalDecomposition().solve(b), b) < 1e-6);
+    sim::RowMatrix matrix(rows.pattern, rows.weights);
+    matrix.factorise(rows.gradient, rows.weights);
+    CHECK(matrix.dependent() == 2);
+    const int first = matrix.first_dependent(), last = rows.pattern.rows() - 1;
+    CHECK((first == 7 || first == 300 || first == last || first == last - 1));
+    rows.gradient.resize(rows.gradient.size() - 4, {});
+    rows.gradient.insert(rows.gradient.end(), 4, {1, 2, 3});
+    matrix.factorise(rows.gradient, rows.weights);
+    CHECK(matrix.dependent() == 0);
+    CHECK(matrix.first_dependent() == -1);
+  }
+  SECTION("a gradient that is not finite leaves no multiplier finite") {
+    rows.gradient[5] = {0, HUGE_VAL, 0};
+    sim::RowMatrix matrix(rows.pattern, rows.weights);
+    matrix.factorise(rows.gradient, rows.weights);
+    matrix.solve(b.data());
+    CHECK_FALSE(b.array().isFinite().any());
+  }
+}
+
 TEST_CASE("rows may be cut where no node has rows on both sides", "[constraint]") {
   sim::RowPattern pattern;
   CHECK(pattern.cuts() == std::vector<int>{0});
