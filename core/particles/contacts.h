@@ -28,7 +28,7 @@ class Contacts {
   void add(std::unique_ptr<Collider> collider, const std::string& name, const ParticleView& initial,
            int count);
 
-  // Turns off the colliders that were added under these numbers, and all others on.
+  // Turns off the colliders that were added under these numbers, ascending, and all others on.
   void set_off(std::span<const std::size_t> colliders);
 
   void set_accuracy(Accuracy accuracy) { accuracy_ = accuracy; }  // kSettle before that
@@ -88,6 +88,7 @@ class Contacts {
                           const Vec3& v) const;  // into the ledger
 
  private:
+  void turn_on(Collider& collider);
   void add_one(std::unique_ptr<Collider> collider, const std::string& name,
                const ParticleView& initial, int count);
 

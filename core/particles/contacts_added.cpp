@@ -15,21 +15,25 @@ void Contacts::add(std::unique_ptr<Collider> collider, const std::string& name,
     sides.push_back(std::move(collider));
   else
     bodies_.push_back({std::move(collider), parts_});
-  for (auto& side : sides) add_one(std::move(side), name, initial, count);
+  for (auto& side : sides) {
+    add_one(std::move(side), name, initial, count);
+    turn_on(*entries_.back().collider);
+  }
   ++parts_;
-  set_off({});
 }
 
 void Contacts::set_off(std::span<const std::size_t> colliders) {
   off_.assign(colliders.begin(), colliders.end());
   on_.clear();
   sampled_ = move_ = false;
-  for (const Entry& entry : entries_) {
-    if (std::ranges::count(colliders, entry.part) > 0) continue;
-    on_.push_back(entry.collider.get());
-    sampled_ = sampled_ || entry.collider->sampled();
-    move_ = move_ || entry.collider->moves();
-  }
+  for (const Entry& entry : entries_)
+    if (!std::ranges::binary_search(colliders, entry.part)) turn_on(*entry.collider);
+}
+
+void Contacts::turn_on(Collider& collider) {
+  on_.push_back(&collider);
+  sampled_ = sampled_ || collider.sampled();
+  move_ = move_ || collider.moves();
 }
 
 void Contacts::add_one(std::unique_ptr<Collider> collider, const std::string& name,

@@ -85,7 +85,7 @@ void Particles::set_off(std::span<const std::size_t> forces,
   other_forces_.clear();
   std::vector<const Net*> nets;
   for (std::size_t i = 0; i < forces_.size(); ++i)
-    if (std::ranges::count(forces, i) == 0) add(*forces_[i], nets);
+    if (!std::ranges::binary_search(forces, i)) add(*forces_[i], nets);
   sums_->net_forces = NetForces(std::move(nets), layout_.n());
   const int others_reach = reach_of(other_forces_);
   all_swept_ = !other_forces_.empty() && sums_->net_forces.nets().empty() && others_reach >= 0;

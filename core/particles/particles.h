@@ -34,7 +34,7 @@ class Particles {
   // keep them.
   void set_masses(const std::vector<double>& masses, const std::vector<int>& pinned,
                   bool some_move = false);
-  // Turns these off, by index, and all others on. Internal variables are kept.
+  // Turns these off, by ascending index, and all others on. Internal variables are kept.
   void set_off(std::span<const std::size_t> forces, std::span<const std::size_t> colliders);
   const Layout& layout() const noexcept { return layout_; }
   ParticleView view(double t, const double* state) const;

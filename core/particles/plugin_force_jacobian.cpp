@@ -62,27 +62,29 @@ void PluginForceJacobian::at(const ParticleView& view) {
   view_ = view;
   position_.clear();
   velocity_.clear();
+  if (with_blocks_.empty()) return;
+  if (position_.capacity() + velocity_.capacity() == 0) make_room();
   Collector collector(position_, velocity_);
-  const bool is_first = position_.capacity() + velocity_.capacity() == 0;
+  give_blocks(collector);
+}
+
+void PluginForceJacobian::give_blocks(JacobianSink& sink) {
   for (Force* force : with_blocks_) {
-    const ParticleView own = particles_->seen_by(*force, view);
+    const ParticleView own = particles_->seen_by(*force, view_);
     force->prepare(own, particles_->pool());
-    if (is_first) make_room(*force, own);
-    force->jacobian(own, collector);
+    force->jacobian(own, sink);
   }
 }
 
 // Long-range pair forces can have gigabytes of blocks: they are counted before they are stored.
-void PluginForceJacobian::make_room(const Force& force, const ParticleView& view) {
+void PluginForceJacobian::make_room() {
   Counter counter;
-  force.jacobian(view, counter);
-  const std::size_t positions = position_.size() + counter.positions,
-                    velocities = velocity_.size() + counter.velocities;
-  require_memory(static_cast<double>((positions + velocities) * sizeof(Block)),
-                 "the derivatives of forces on " + std::to_string(view.n) + " particles need", "",
+  give_blocks(counter);
+  require_memory(static_cast<double>((counter.positions + counter.velocities) * sizeof(Block)),
+                 "the derivatives of forces on " + std::to_string(view_.n) + " particles need", "",
                  "take fewer particles, or a smaller cutoff");
-  position_.reserve(positions);
-  velocity_.reserve(velocities);
+  position_.reserve(counter.positions);
+  velocity_.reserve(counter.velocities);
 }
 
 void PluginForceJacobian::add(const double* const dq[3], const double* const dv[3],

@@ -41,7 +41,8 @@ class PluginForceJacobian {
   std::span<const Block> velocity_blocks() const { return velocity_; }
 
  private:
-  void make_room(const Force& force, const ParticleView& view);
+  void give_blocks(JacobianSink& sink);
+  void make_room();
   void add_differences(const double* const dq[3], const double* const dv[3], ForceSink sink);
 
   const Particles* particles_;
