@@ -55,7 +55,7 @@ void print_text(const Simulation& system, const SystemSpec& spec, int particle, 
   out << "scene " << system.name() << "  " << counted(system.particles(), "particle") << "  "
       << counted(spring_count(system), "spring") << '\n';
   out << "particle " << particle;
-  if (const auto& grid = spec.particles->grid; grid && particle < grid->count()) {
+  if (const GridSpec* const grid = spec.particles->grid_of(particle)) {
     const auto [i, j, k] = grid->at(particle);
     out << " (" << i << ',' << j;
     if (grid->directions == 3) out << ',' << k;

@@ -78,7 +78,7 @@ std::string scene_keys(const PluginInfo& plugin) {
   if ((force || plugin.kind == kind_of<Constraint>)&&plugin.elements.arity >= 2)
     key("ties", "table<integer|string, sim.End|number>[]");
   if (plugin.elements.arity == 2) {
-    key("grid", "sim.Grid");
+    key("grid", "sim.Grid|sim.AddedGrid|(sim.Grid|sim.AddedGrid)[]");
     key("offsets", "integer[][]");
   }
   if (plugin.elements.cells) key("cells", "sim.Cells");

@@ -13,6 +13,10 @@ local Particles = {}
 ---@class sim.Grid : sim.Particles
 local Grid = {}
 
+---@class sim.AddedGrid
+---@operator len: integer
+local AddedGrid = {}
+
 ---@class sim.Shape
 
 ---@class sim.Point
@@ -111,12 +115,12 @@ function State:component(i) end
 ---@field touches? boolean
 
 ---@class (exact) sim.SurfaceOptions
----@field grid? sim.Grid
+---@field grid? sim.Grid|sim.AddedGrid
 ---@field particles? sim.Particles
 ---@field triangles? integer[][]
 
 ---@class (exact) sim.CellsOptions
----@field grid? sim.Grid
+---@field grid? sim.Grid|sim.AddedGrid
 ---@field order? 1|2
 ---@field particles? sim.Particles
 ---@field tetrahedra? integer[][]
@@ -157,8 +161,15 @@ constexpr LanguageFunction kFunctions[] = {
     {"Particles", "pin", "...", "---@param ... integer\n"},
     {"Particles", "prescribe", "id, path",
      "---@param id integer\n---@param path sim.motion|fun(t: number): sim.Vector, sim.Vector?\n"},
+    {"Particles", "add_grid", "options",
+     "---@param options sim.GridOptions\n---@return sim.AddedGrid grid\n"},
     {"Grid", "id", "i, j, k",
      "---@param i integer\n---@param j integer\n---@param k? integer\n---@return integer id\n"},
+    {"AddedGrid", "id", "i, j, k",
+     "---@param i integer\n---@param j integer\n---@param k? integer\n---@return integer id\n"},
+    {"AddedGrid", "pin", "...", "---@param ... integer\n"},
+    {"AddedGrid", "prescribe", "id, path",
+     "---@param id integer\n---@param path sim.motion|fun(t: number): sim.Vector, sim.Vector?\n"},
     {"Rigid", "at", "place", "---@param place sim.Vector\n---@return sim.Point\n"},
     {"Tied", "tie", "a, b, ...",
      "---@param a sim.End\n---@param b sim.End\n---@param ... sim.End|table<string, number>\n"

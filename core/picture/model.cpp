@@ -112,19 +112,39 @@ std::vector<std::array<int, 3>> skin_of_bodies(const SystemSpec& spec) {
   return triangles;
 }
 
-// Surfaces that the scene names; else the skin of its bodies; else a sheet or the skin of a block,
-// if something ties its particles: loose ones are no surface.
+// The sheet, or the skin of a block, that a grid is.
+std::vector<std::array<int, 3>> triangles_of(const GridSpec& grid) {
+  if (std::ranges::count_if(grid.size, [](int size) { return size > 1; }) < 2) return {};
+  const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
+  std::vector<std::array<int, 3>> triangles = grid_triangles(grid.size, mirrored);
+  for (std::array<int, 3>& triangle : triangles)
+    for (int& id : triangle) id += grid.first;
+  return triangles;
+}
+
+bool has_cells(const SystemSpec& spec, const GridSpec& grid) {
+  return std::ranges::any_of(spec.forces, [&](const PartSpec& part) {
+    return part.elements.cells &&
+           std::ranges::any_of(part.elements.ids, [&](int id) { return grid.has(id); });
+  });
+}
+
+// Surfaces that the scene names; else the skin of its bodies, and the sheets and blocks of grids
+// without cells, if something ties their particles: loose ones are no surface.
 std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) {
   std::vector<std::array<int, 3>> triangles;
   for (const auto& surface : spec.surfaces)
     triangles.insert(triangles.end(), surface->triangles().begin(), surface->triangles().end());
-  if (triangles.empty() && spec.particles) triangles = skin_of_bodies(spec);
-  if (!triangles.empty() || !tied || !spec.particles || !spec.particles->grid) return triangles;
-  const GridSpec& grid = *spec.particles->grid;
-  const auto wide = std::ranges::count_if(grid.size, [](int size) { return size > 1; });
-  if (wide < 2) return triangles;
-  const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
-  return grid_triangles(grid.size, mirrored);
+  if (!triangles.empty() || !spec.particles) return triangles;
+  triangles = skin_of_bodies(spec);
+  const auto add = [&](const GridSpec& grid) {
+    if (!tied || has_cells(spec, grid)) return;
+    const auto more = triangles_of(grid);
+    triangles.insert(triangles.end(), more.begin(), more.end());
+  };
+  if (spec.particles->grid) add(*spec.particles->grid);
+  std::ranges::for_each(spec.particles->added_grids, add);
+  return triangles;
 }
 
 // The forces beyond springs, one gravity and one drag.

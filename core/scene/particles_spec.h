@@ -14,15 +14,17 @@
 
 namespace sim {
 
-// Particles at origin + i * du + j * dv + k * dw, (i, j, k) with the id (i * size[1] + j) * size[2]
-// + k.
+// Particles at origin + i * du + j * dv + k * dw, (i, j, k) with the id
+// first + (i * size[1] + j) * size[2] + k.
 struct GridSpec {
   std::array<int, 3> size{0, 0, 1};
   Vec3 origin = Vec3::Zero(), du = Vec3::Zero(), dv = Vec3::Zero(), dw = Vec3::Zero();
   double mass = 1;     // kg, each
   int directions = 2;  // that the scene gave: 2 or 3
+  int first = 0;       // id
 
   int count() const { return size[0] * size[1] * size[2]; }
+  bool has(int id) const { return id >= first && id < first + count(); }
   std::array<int, 3> at(int id) const;  // its (i, j, k)
 };
 
@@ -47,9 +49,11 @@ struct ParticlesSpec {
   std::vector<PrescribedSpec> prescribed = {};
   std::vector<double> weights = {};  // kg, of each id; 0: the mass above; empty: all 0
   std::map<std::string, std::vector<double>> numbers = {};  // that they carry, of each id
+  std::vector<GridSpec> added_grids = {};                   // whose particles stand in the list
 
   int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }
   ParticleSpec at(int id) const;
+  const GridSpec* grid_of(int id) const;  // null: it is in none
 };
 
 }  // namespace sim

@@ -1,10 +1,13 @@
 #include "core/scene/scene_spec.h"
 
+#include <algorithm>
+
 #include "core/geometry/cells.h"
 
 namespace sim {
 
 std::array<int, 3> GridSpec::at(int id) const {
+  id -= first;
   if (size[2] == 1) return {id / size[1], id % size[1], 0};  // divisions are slow
   return {id / size[2] / size[1], id / size[2] % size[1], id % size[2]};
 }
@@ -24,6 +27,13 @@ ParticleSpec ParticlesSpec::at(int id) const {
   if (k > 0) particle.position += k * grid->dw;
   particle.mass = weight > 0 ? weight : grid->mass;
   return particle;
+}
+
+const GridSpec* ParticlesSpec::grid_of(int id) const {
+  if (grid && grid->has(id)) return &*grid;
+  const auto found =
+      std::ranges::find_if(added_grids, [&](const GridSpec& each) { return each.has(id); });
+  return found == added_grids.end() ? nullptr : &*found;
 }
 
 void weigh_cells(SystemSpec& spec) {

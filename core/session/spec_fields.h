@@ -29,8 +29,9 @@ struct FieldsOf<PartSpec> {
 
 template <>
 struct FieldsOf<GridSpec> {
-  static constexpr StructField list[] = {{"size"}, {"origin"}, {"du"},        {"dv"},
-                                         {"dw"},   {"mass"},   {"directions"}};
+  static constexpr StructField list[] = {
+      {"size"}, {"origin"}, {"du"},         {"dv"},
+      {"dw"},   {"mass"},   {"directions"}, {"first", kDescribes}};
 };
 
 template <>
@@ -45,8 +46,13 @@ struct FieldsOf<PrescribedSpec> {
 
 template <>
 struct FieldsOf<ParticlesSpec> {
-  static constexpr StructField list[] = {{"grid"},  {"list"},    {"pinned"},
-                                         {"leads"}, {"weights"}, {"numbers"}};
+  static constexpr StructField list[] = {{"grid"},
+                                         {"list"},
+                                         {"pinned"},
+                                         {"leads"},
+                                         {"weights"},
+                                         {"numbers"},
+                                         {"added_grids", kDescribes}};
 };
 
 template <>

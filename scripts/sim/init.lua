@@ -101,7 +101,8 @@ end
 local function record_of(value, kind, method)
   local record = records[value]
   if record and record.kind == kind then return record end
-  fail((here()), "bad call of " .. method, "it was not called on what sim." .. kind .. " returned",
+  local maker = kind == "added_grid" and ":add_grid" or "sim." .. kind
+  fail((here()), "bad call of " .. method, "it was not called on what " .. maker .. " returned",
     "write it with a colon, as in name:" .. method .. "(...)")
 end
 
@@ -214,23 +215,26 @@ function Particles:lead(id, path)
   Particles.prescribe(self, id, path)
 end
 
--- id = grid:id(i, j), or grid:id(i, j, k) in a grid of three directions
--- The particle at that place, each coordinate from 0. Only of a sim.grid.
--- Errors: a coordinate that the grid does not have.
-function Particles:id(i, j, k)
-  local record = record_of(self, "particles", "id")
-  local n3 = record.n3
-  if not n3 then
-    fail((here()), "bad call of id", "sim.particles has no rows and columns",
-      "use the id that add returned, or sim.grid")
-  end
+local function id_in_grid(record, i, j, k)
   i = integer_from(i, 0, record.n1 - 1, "row of id")
   j = integer_from(j, 0, record.n2 - 1, "column of id")
   if record.directions == 2 then
     if k ~= nil then bad("call of id", "two coordinates, id(i, j)", k) end
     return i * record.n2 + j
   end
-  return (i * record.n2 + j) * n3 + integer_from(k, 0, n3 - 1, "layer of id")
+  return (i * record.n2 + j) * record.n3 + integer_from(k, 0, record.n3 - 1, "layer of id")
+end
+
+-- id = grid:id(i, j), or grid:id(i, j, k) in a grid of three directions
+-- The particle at that place, each coordinate from 0. Only of a sim.grid, or of what :add_grid
+-- returned. Errors: a coordinate that the grid does not have.
+function Particles:id(i, j, k)
+  local record = record_of(self, "particles", "id")
+  if not record.n3 then
+    fail((here()), "bad call of id", "sim.particles has no rows and columns",
+      "use the id that add returned, or sim.grid")
+  end
+  return id_in_grid(record, i, j, k)
 end
 
 local particles_class = class("particles", Particles)
@@ -240,7 +244,7 @@ local function new_particles(record)
   record.kind, record.count = "particles", 0
   record.x, record.y, record.z = {}, {}, {}
   record.masses, record.vx, record.vy, record.vz = {}, {}, {}, {}
-  record.pins, record.prescribed, record.numbers = {}, {}, {}
+  record.pins, record.prescribed, record.numbers, record.grids = {}, {}, {}, {}
   local handle = setmetatable({}, particles_class)
   records[handle] = record
   return handle
@@ -310,9 +314,74 @@ end
 --   du, dv, dw   m, from one row, one column, one layer to the next
 --   mass         kg, > 0, of each particle; default 1
 --   NAME         any other number: what each particle carries, see :add
+local of_grid = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
+
 local function make_grid(options)
-  local known = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
-  return carrying_particles(options, known, "sim.grid", function() return grid_record(options) end)
+  return carrying_particles(options, of_grid, "sim.grid", function() return grid_record(options) end)
+end
+
+local AddedGrid = {}
+
+function AddedGrid:id(i, j, k)
+  local record = record_of(self, "added_grid", "id")
+  return record.start + id_in_grid(record, i, j, k)
+end
+
+function AddedGrid:pin(...)
+  Particles.pin(record_of(self, "added_grid", "pin").on, ...)
+end
+
+function AddedGrid:prescribe(id, path)
+  Particles.prescribe(record_of(self, "added_grid", "prescribe").on, id, path)
+end
+
+local function is_grid(record)
+  return record and (record.kind == "added_grid" or record.kind == "particles" and record.n3)
+end
+
+local added_grid_class = class("grid", AddedGrid)
+added_grid_class.__len = function(self) return records[self].first end
+
+-- grid = particles:add_grid { rows, cols, origin =, du =, dv =, mass =, NAME = }
+-- grid = particles:add_grid { n1, n2, n3, origin =, du =, dv =, dw =, mass =, NAME = }
+-- Adds a grid of particles, so that a scene may have several: two cloths, or a cloth and a block.
+-- The options are those of sim.grid; without mass, particles have that of the list. Forces,
+-- constraints, surfaces and cells take what it returns as their grid, forces also as their
+-- particles. Its :id(i, j) or :id(i, j, k) is an id of the list, which its :pin and :prescribe take,
+-- too. #grid is the number of its particles.
+-- Errors: as of sim.grid.
+function Particles:add_grid(options)
+  local list = record_of(self, "particles", "add_grid")
+  local columns = {}
+  local names = type(options) == "table" and carry(list, options, of_grid,
+    function(column, value) columns[#columns + 1] = { column.values, value } end)
+  check_keys(options, with_numbers(of_grid, names), "add_grid")
+  local grid = grid_record(options)
+  local o, du, dv, dw = grid.origin, grid.du, grid.dv, grid.dw
+  local x, y, z, n = list.x, list.y, list.z, list.count
+  if list.first + n + grid.first > MOST then
+    fail(grid.place, "too many particles in add_grid", "they are more than 2^31 - 1 in all")
+  end
+  grid.kind, grid.on, grid.start = "added_grid", self, list.first + n
+  for i = 0, grid.n1 - 1 do
+    for j = 0, grid.n2 - 1 do
+      for k = 0, grid.n3 - 1 do
+        n = n + 1
+        x[n] = o[1] + i * du[1] + j * dv[1] + k * dw[1]
+        y[n] = o[2] + i * du[2] + j * dv[2] + k * dw[2]
+        z[n] = o[3] + i * du[3] + j * dv[3] + k * dw[3]
+      end
+    end
+  end
+  for i = list.count + 1, n do
+    if options.mass ~= nil then list.masses[i] = grid.mass end
+    for c = 1, #columns do columns[c][1][i] = columns[c][2] end
+  end
+  list.count = n
+  list.grids[#list.grids + 1] = grid
+  local handle = setmetatable({}, added_grid_class)
+  records[handle] = grid
+  return handle
 end
 
 -- Rigid bodies -----------------------------------------------------------------------------------
@@ -615,8 +684,8 @@ local surface_class = class("surface", {})
 -- skin = sim.surface { grid = }  or  sim.surface { particles =, triangles = }
 -- Triangles between particles: for forces that act on a surface, and for pictures. A force names it
 -- as `surface = skin`, a scene may list it in `surfaces`.
---   grid        a sim.grid: two triangles a cell, with the outside where du x dv points; of a block
---               in three directions its boundary, seen from outside
+--   grid        a sim.grid, or what :add_grid returned: two triangles a cell, with the outside where
+--               du x dv points; of a block in three directions its boundary, seen from outside
 --   particles   a sim.particles or sim.grid
 --   triangles   list of {a, b, c}, different ids, counter-clockwise as seen from outside
 -- Errors, when the scene is finished: a particle that does not exist, a triangle without area, an
@@ -632,7 +701,7 @@ local function make_surface(options)
   local on = options.grid
   if not grid then on = options.particles end
   local record = records[on]
-  if not record or record.kind ~= "particles" or (grid and not record.n3) then
+  if not (grid and is_grid(record) or not grid and record and record.kind == "particles") then
     bad((grid and "grid" or "particles") .. " of sim.surface",
       grid and "a sim.grid" or "a sim.particles or sim.grid", on)
   end
@@ -698,7 +767,7 @@ local cells_class = class("cells", {})
 
 -- body = sim.cells { grid =, order = }  or  sim.cells { particles =, tetrahedra = }
 -- Tetrahedra that fill a body, for a force that acts in them: sim.force.fem { cells = body }.
---   grid         a sim.grid of three directions: six tetrahedra a cell
+--   grid         a sim.grid of three directions, or what :add_grid returned: six tetrahedra a cell
 --   order        1 (default): tetrahedra of 4 particles; 2: of 10, each cell over two steps of the
 --                grid, whose numbers of particles are odd then
 --   particles    a sim.particles or sim.grid
@@ -716,7 +785,8 @@ local function make_cells(options)
   local on = options.grid
   if not grid then on = options.particles end
   local record = records[on]
-  if not record or record.kind ~= "particles" or (grid and record.directions ~= 3) then
+  if not (grid and is_grid(record) and record.directions == 3
+    or not grid and record and record.kind == "particles") then
     bad((grid and "grid" or "particles") .. " of sim.cells",
       grid and "a sim.grid of three directions" or "a sim.particles or sim.grid", on)
   end
@@ -781,14 +851,16 @@ local OLD_PLUGINS = { ["force.solid"] = "force.fem" }
 -- positional; it can then be written without its name, first in the table.
 -- Forces and constraints that join particles also take ties = { {a, b}, ... }, see force:tie; and
 -- those that act between pairs a grid of pairs:
---   grid      the sim.grid that is the scene's particles
+--   grid      the sim.grid that is the scene's particles, what their :add_grid returned, or a list
+--             of such grids: one force for many grids is faster than many forces
 --   offsets   list of {di, dj}, whole numbers, not all 0: each ties (i, j) to (i + di, j + dj)
 --             wherever both exist, with the rest length |di*du + dj*dv| unless `rest` is given;
 --             {di, dj, dk} in a grid of three directions
 -- Those that act in the cells of a body:
 --   cells     a sim.cells
 -- Forces that act on each particle by itself, such as gravity, can be kept to some:
---   particles   list of ids; default: all. Constraints on single particles need it.
+--   particles   list of ids, or what :add_grid returned; default: all. Constraints on single
+--               particles need it.
 -- A force or collider can be off at the start, for good unless the scene names a switch for it:
 --   on          true or false; default true
 -- The method imex, implicit in stiff forces alone, finds these by itself, unless a force says:

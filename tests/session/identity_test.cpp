@@ -240,10 +240,11 @@ TEST_CASE("each field of each part of a scene is in its identity, but for what o
   sim::SystemSpec spec = make_full_scene();
   Changes changes(spec);
   changes.of(spec, "", true);
-  // Only these may change: lines of files, names, looks, and what a checkpoint holds by itself.
-  CHECK(changes.describing == std::set<std::string>{"dt", "duration", "error", "exact",
-                                                    "integrator", "look", "name", "observers", "on",
-                                                    "one_thread", "place"});
+  // Only these may change: lines of files, names, looks, what a checkpoint holds by itself, and
+  // which particles of the list are grids.
+  CHECK(changes.describing == std::set<std::string>{"added_grids", "dt", "duration", "error",
+                                                    "exact", "first", "integrator", "look", "name",
+                                                    "observers", "on", "one_thread", "place"});
   // The walk has been everywhere.
   for (const char* path : {".name",
                            ".dt",

@@ -29,6 +29,7 @@ bool plain_word(const std::string& name, const char* also) {
 
 // A short description of a value given where a part was expected.
 std::string shown_part(lua_State* L, int index, const std::string& kind) {
+  if (kind == "added_grid") return "a part of one";
   if (!kind.empty()) return "a sim." + kind;
   if (lua_isfunction(L, index)) return "a function (write sim.force.NAME { ... })";
   return show(L, index);
@@ -328,7 +329,8 @@ void SceneReader::second_order(lua_State* L, int scene, SystemSpec& spec) const 
     const std::string kind = session_->push_record(L, handle);
     if (kind != "particles")
       scene_error(place, "bad particles",
-                  "expected a sim.particles or sim.grid, got " + shown_part(L, handle, kind));
+                  "expected a sim.particles or sim.grid, got " + shown_part(L, handle, kind),
+                  kind == "added_grid" ? "give the particles that it was added to" : "");
     spec.particles = particles(L, lua_absindex(L, -1), place_of(L, -1));
   }
   const std::map<const void*, int> bodies = rigid_bodies(L, scene, spec);

@@ -78,8 +78,12 @@ class SceneReader {
              Elements& out) const;
   void weigh(lua_State* L, int particles, SystemSpec& spec) const;
   void check_numbers(lua_State* L, int particles, const SystemSpec& spec) const;
+  const GridSpec& grid(lua_State* L, int handle, const Body& body,
+                       const SourceLocation& place) const;
   void grid_pairs(lua_State* L, int record, const Body& body, const SourceLocation& place,
                   std::vector<GridPairs>& out) const;
+  void offset_pairs(lua_State* L, const GridSpec& grid, int offsets, const SourceLocation& place,
+                    std::vector<GridPairs>& out) const;
   std::optional<std::vector<int>> group(lua_State* L, int record, const Body& body,
                                         const SourceLocation& place, bool points = false) const;
   void require_own(lua_State* L, int index, const Body& body, const SourceLocation& place,

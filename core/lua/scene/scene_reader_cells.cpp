@@ -20,22 +20,25 @@ bool SceneReader::cells(lua_State* L, int index, const Body& body, const SourceL
   const LuaTable cells(L, -1);
   const SourceLocation written = place_of(L, cells.index());
   push_field(L, cells.index(), "on");
-  require_own(L, -1, body, written, "cells");
+  const int on = lua_gettop(L);
 
   if (cells.flag("grid")) {
+    const GridSpec& grid = this->grid(L, on, body, written);
     const auto order = static_cast<int>(cells.integer("order"));
     out.arity = order == 1 ? 4 : 10;
     double ids = 6.0 * out.arity;
-    for (const int size : body.particles.grid->size) ids *= (size - 1) / order;
+    for (const int size : grid.size) ids *= (size - 1) / order;
     if (ids > std::numeric_limits<int>::max())
       scene_error(written, "too many cells", "their ids are more than 2^31 - 1",
                   "make the grid smaller");
     session_->count(0, ids / out.arity, written);
     require_memory(sizeof(int) * ids, "the ids of its cells need", written,
                    "make the grid smaller");
-    out.ids = grid_cells(body.particles.grid->size, order);
+    out.ids = grid_cells(grid.size, order);
+    for (int& id : out.ids) id += grid.first;
     return true;
   }
+  require_own(L, on, body, written, "cells");
   out.arity = static_cast<int>(cells.integer("arity"));
   const LuaTable ids = cells.table("ids");
   for (lua_Integer i = 1; i <= ids.length(); ++i) {

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <set>
 
 #include "core/base/memory.h"
 #include "core/base/text.h"
@@ -158,15 +160,23 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const So
                 "grid and offsets go together",
                 "write grid = particles, offsets = { {0, 1}, {1, 0} }");
   if (!has_grid) return;
-  if (session_->push_record(L, handle) != "particles")
-    scene_error(place, "bad grid", "expected a sim.grid, got " + show(L, handle));
-  require_own(L, handle, body, place, "grid");
-  if (!body.particles.grid)
-    scene_error(place, "bad grid", "expected a sim.grid, got a sim.particles",
-                "use :tie, or make the particles with sim.grid");
+  if (!lua_istable(L, handle) || !session_->push_record(L, handle).empty())
+    return offset_pairs(L, grid(L, handle, body, place), offsets, place, out);
+  const std::size_t count = read_length(L, handle, place, "grid");
+  std::set<int> seen;
+  for (std::size_t i = 1; i <= count; ++i) {
+    lua_rawgeti(L, handle, static_cast<lua_Integer>(i));
+    const GridSpec& each = grid(L, lua_gettop(L), body, place);
+    lua_pop(L, 1);
+    if (!seen.insert(each.first).second)
+      scene_error(place, "bad grid", "entry " + std::to_string(i) + " is a grid before it");
+    offset_pairs(L, each, offsets, place, out);
+  }
+}
 
-  const GridSpec& grid = *body.particles.grid;
-  const std::size_t count = read_length(L, offsets, place, "offsets");
+void SceneReader::offset_pairs(lua_State* L, const GridSpec& grid, int offsets,
+                               const SourceLocation& place, std::vector<GridPairs>& out) const {
+  const std::size_t count = read_length(L, offsets, place, "offsets"), before = out.size();
   if (count == 0)
     scene_error(place, "bad offsets", "the list is empty", "write offsets = { {0, 1}, {1, 0} }");
   for (std::size_t i = 0; i < count; ++i) {
@@ -174,14 +184,14 @@ void SceneReader::grid_pairs(lua_State* L, int index, const Body& body, const So
     lua_rawgeti(L, offsets, static_cast<lua_Integer>(i) + 1);
     const std::array<int, 3> step = read_offset(L, grid, place, what);
     lua_pop(L, 1);
-    GridPairs pairs{0, grid.size, step,
+    GridPairs pairs{grid.first, grid.size, step,
                     (step[0] * grid.du + step[1] * grid.dv + step[2] * grid.dw).stableNorm()};
     if (!std::isfinite(pairs.length))
       scene_error(place, "bad " + what, "its rest length is not finite");
     // Beyond the grid there is nothing to tie; the clamp keeps index arithmetic within int.
     for (std::size_t axis = 0; axis < 3; ++axis)
       pairs.step[axis] = std::clamp(step[axis], -grid.size[axis], grid.size[axis]);
-    for (const GridPairs& other : out)
+    for (const GridPairs& other : std::span(out).subspan(before))
       if (same_pairs(other.step, pairs.step))
         scene_error(place, "bad " + what, "the same pairs are tied by an offset before it");
     session_->count(0, static_cast<double>(pairs.count()), place);
@@ -197,6 +207,11 @@ std::optional<std::vector<int>> SceneReader::group(lua_State* L, int index, cons
   if (const std::string kind = session_->push_record(L, list); kind == "particles") {
     require_own(L, list, body, place, "particles");
     return {};
+  } else if (kind == "added_grid") {
+    const GridSpec& added = grid(L, list, body, place);
+    std::vector<int> ids(static_cast<std::size_t>(added.count()));
+    std::iota(ids.begin(), ids.end(), added.first);
+    return ids;
   } else if (!kind.empty()) {
     scene_error(place, "bad particles", "expected a list of ids, got a sim." + kind);
   }
@@ -306,11 +321,11 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
   const LuaTable record(L, index);
   const SourceLocation place = place_of(L, index);
   push_field(L, index, "on");
-  require_own(L, -1, body, place, "surface");
+  const int on = lua_gettop(L);
 
   std::vector<TriangleMesh::Triangle> triangles;
   if (record.flag("grid")) {
-    const GridSpec& grid = *body.particles.grid;
+    const GridSpec& grid = this->grid(L, on, body, place);
     const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
     const double count = 2.0 * grid.count();  // of a sheet; a block has fewer
     session_->count(0, count, place);
@@ -318,7 +333,10 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
     if (grid.size[2] == 1)
       require_memory(kEach * count, "its triangles need", place, "make the grid smaller");
     triangles = grid_triangles(grid.size, mirrored);
+    for (TriangleMesh::Triangle& triangle : triangles)
+      for (int& id : triangle) id += grid.first;
   } else {
+    require_own(L, on, body, place, "surface");
     const LuaTable ids = record.table("ids");
     for (lua_Integer i = 0; i + 2 < ids.length(); i += 3) {
       TriangleMesh::Triangle& triangle = triangles.emplace_back();

@@ -197,6 +197,14 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const SourceLocati
   ParticlesSpec spec;
   if (first > 0) spec.grid = read_grid(record, place);
   spec.list = read_list(record);
+  const LuaTable grids = record.table("grids");
+  for (lua_Integer i = 1; i <= grids.length(); ++i) {
+    lua_rawgeti(L, grids.index(), i);
+    const LuaTable added(L, -1);
+    spec.added_grids.push_back(read_grid(added, session_->place(added.integer("place"))));
+    spec.added_grids.back().first = static_cast<int>(added.integer("start"));
+    lua_pop(L, 1);
+  }
   spec.numbers = read_numbers(record, L, first, count);
 
   const LuaTable pins = record.table("pins");  // id, place, id, place, ...
@@ -212,6 +220,25 @@ ParticlesSpec SceneReader::particles(lua_State* L, int index, const SourceLocati
   std::sort(spec.pinned.begin(), spec.pinned.end());
   spec.pinned.erase(std::unique(spec.pinned.begin(), spec.pinned.end()), spec.pinned.end());
   return spec;
+}
+
+const GridSpec& SceneReader::grid(lua_State* L, int handle, const Body& body,
+                                  const SourceLocation& place) const {
+  const StackScope scope(L);
+  const std::string kind = session_->push_record(L, handle);
+  const LuaTable record(L, -1);
+  if (kind == "added_grid") {
+    push_field(L, record.index(), "on");
+    require_own(L, -1, body, place, "grid");
+    return *body.particles.grid_of(static_cast<int>(record.integer("start")));
+  }
+  if (kind != "particles")
+    scene_error(place, "bad grid", "expected a sim.grid, got " + show(L, handle));
+  require_own(L, handle, body, place, "grid");
+  if (!body.particles.grid)
+    scene_error(place, "bad grid", "expected a sim.grid, got a sim.particles",
+                "use :tie, or make the particles with sim.grid or :add_grid");
+  return *body.particles.grid;
 }
 
 // A number that no formula names may be a misspelt option.

@@ -130,6 +130,9 @@ Net::Net(int n, std::span<const Spring> springs, SpringSense of_all, bool own_nu
         first[static_cast<std::size_t>(block)] + static_cast<int>(most);
   }
   slots = ArrayOf<Slot>(static_cast<std::size_t>(first.back()));
+  const auto last_empty = std::ranges::upper_bound(first, 0) - first.begin() - 1;
+  const auto full = std::ranges::lower_bound(first, first.back()) - first.begin();
+  used_ = {8 * static_cast<int>(last_empty), 8 * static_cast<int>(full)};
 
   std::map<std::pair<double, double>, int> kind_numbers;  // by k and rest
   Slot* next = slots.data();

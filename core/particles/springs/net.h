@@ -1,6 +1,7 @@
 // Springs that fit no run: a list of ends for every particle, eight particles side by side.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -8,6 +9,7 @@
 
 #include "core/base/array.h"
 #include "core/particles/springs/spring_sense.h"
+#include "core/particles/view.h"
 
 namespace sim {
 
@@ -44,6 +46,12 @@ class Net {
 
   bool empty() const { return slots.size() == 0; }
   bool reordered() const { return !order.empty(); }
+  // The particles of a tile that may have ends.
+  Tile used(Tile tile) const {
+    if (reordered()) return tile;
+    const int begin = std::max(tile.begin, used_.begin);
+    return {begin, std::max(begin, std::min(tile.end, used_.end))};
+  }
   int blocks() const { return static_cast<int>(first.size()) - 1; }
 
   const Kind& kind_of(const Slot& slot) const { return kinds[static_cast<std::size_t>(slot.kind)]; }
@@ -86,6 +94,9 @@ class Net {
   std::vector<Kind> kinds;
   std::vector<double> ks, rests;  // 8 for each slot whose springs differ
   SpringSense sense = SpringSense::kBoth;
+
+ private:
+  Tile used_;  // whole blocks
 };
 
 }  // namespace sim

@@ -47,10 +47,11 @@ void NetForces::add(const ParticleView& view, Tile tile, ForceSink sink) const {
   const double* const q[3] = {view.x, view.y, view.z};
   for (std::size_t j = 0; j < nets_.size(); ++j) {
     const Net& net = *nets_[j];
+    const Tile used = net.used(tile);
     if (net.reordered())
-      kernels_.add_packed(net, forces_[j].data(), tile.begin, tile.end, sink);
+      kernels_.add_packed(net, forces_[j].data(), used.begin, used.end, sink);
     else
-      kernels_.add(net, q, points_.data(), tile.begin, tile.end, sink);
+      kernels_.add(net, q, points_.data(), used.begin, used.end, sink);
   }
 }
 

@@ -190,7 +190,8 @@ double Springs::potential(const ParticleView& view, Tile tile) const {
   SIM_ASSERT(0 <= tile.begin && tile.begin <= tile.end && tile.end <= n_);
   double sum = 0;
   for (const SpringRun& run : runs_) sum += run_energy(run, view, tile.begin, tile.end);
-  for (int i = tile.begin; i < tile.end; ++i)
+  const Tile used = net_.used(tile);
+  for (int i = used.begin; i < used.end; ++i)
     net_.at(i, [&](int to, double k, double rest) {
       if (to < i) return;
       const double strain = spring_stretch(sense_, view.position(i) - view.position(to), rest);
