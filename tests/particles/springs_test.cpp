@@ -316,6 +316,37 @@ TEST_CASE("a net keeps numbers that are near, or few", "[particles]") {
   }
 }
 
+TEST_CASE("a net of a few particles among many acts on these, wherever they are", "[particles]") {
+  constexpr int kParticles = 2000;
+  const std::vector<Vec3> x = positions(kParticles);
+  for (const int first : {0, 5, 8, 1003, kParticles - 17}) {
+    CAPTURE(first);
+    Ties list;
+    for (const Tie& tie : random_graph(17, 25))
+      list.push_back({tie.a + first, tie.b + first, tie.k, tie.rest});
+    const Springs springs = springs_of(kParticles, list);
+    REQUIRE(springs.runs().empty());
+    check_every_way(list, x, net_forces(list, x));
+    std::vector<double> columns(6 * kParticles);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) columns[axis * kParticles + i] = x[i][axis];
+    ParticleView view;
+    view.n = kParticles;
+    view.x = columns.data(), view.y = view.x + kParticles, view.z = view.y + kParticles;
+    double energy = 0;
+    for (const Tie& tie : list) {
+      const double strain =
+          (x[static_cast<std::size_t>(tie.a)] - x[static_cast<std::size_t>(tie.b)]).norm() -
+          tie.rest;
+      energy += 0.5 * tie.k * strain * strain;
+    }
+    double potential = 0;
+    for (int begin = 0; begin < kParticles; begin += 64)
+      potential += springs.potential(view, {begin, std::min(begin + 64, kParticles)});
+    CHECK(potential == Approx(energy).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("a net may be in pieces, with a star, free particles and extreme lengths",
           "[particles]") {
   // Two cloths of 130 x 130, a star of 5000 and 3 particles without springs.
