@@ -1,12 +1,15 @@
 // Incidence lists: the elements (pairs, triangles, ...) at each particle.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace sim {
 
+// It takes memory for the particles between the lowest and the highest that have elements.
 class Incidence {
  public:
   Incidence() = default;
@@ -15,14 +18,22 @@ class Incidence {
 
   // The places of i among the ids, ascending.
   std::span<const int> at(int i) const {
-    if (static_cast<std::size_t>(i) + 1 >= first_.size()) return {};
-    const auto begin = static_cast<std::size_t>(first_[static_cast<std::size_t>(i)]);
-    const auto end = static_cast<std::size_t>(first_[static_cast<std::size_t>(i) + 1]);
-    return {places_.data() + begin, end - begin};
+    if (i < begin_ || i >= end()) return {};
+    const auto at = static_cast<std::size_t>(i - begin_);
+    const auto begin = static_cast<std::size_t>(first_[at]);
+    return {places_.data() + begin, static_cast<std::size_t>(first_[at + 1]) - begin};
   }
+  // The part of the particles [begin, end) outside of which none has elements.
+  std::array<int, 2> within(int begin, int end) const {
+    const int from = std::max(begin, begin_);
+    return {from, std::max(from, std::min(end, this->end()))};
+  }
+  int begin() const { return begin_; }
+  int end() const { return begin_ + static_cast<int>(first_.size()) - 1; }
 
  private:
-  std::vector<int> first_, places_;  // of particle i: [first_[i], first_[i + 1])
+  int begin_ = 0;
+  std::vector<int> first_{0}, places_;  // of particle begin_ + i: [first_[i], first_[i + 1])
 };
 
 }  // namespace sim

@@ -68,7 +68,7 @@ void TriangleMesh::check_triangles() const {
 
 void TriangleMesh::find_edges() {
   std::vector<Side> sides;
-  for (int low = 0; low < particles_; ++low) {
+  for (int low = corners_.begin(); low < corners_.end(); ++low) {
     sides_at(*this, low, sides);
     for (std::size_t i = 0; i < sides.size();) {
       const Side& first = sides[i];

@@ -35,6 +35,7 @@ class TriangleMesh {
 
   // The corners of triangles at particle i, ascending: 3 * triangle + corner.
   std::span<const int> corners(int i) const { return corners_.at(i); }
+  const Incidence& corners() const { return corners_; }
   // All of them: three ids a triangle.
   std::span<const int> ids() const { return {triangles_.front().data(), 3 * triangles_.size()}; }
 

@@ -125,19 +125,22 @@ void Simulation::Impl::compile_particles(const SystemSpec& spec, Registry& regis
   std::vector<std::unique_ptr<Force>> forces;
   std::vector<std::string> names;
   std::vector<Force*> parts;
+  std::map<std::string, std::vector<double>> carried;  // lent to one force after the other
   for (const PartSpec& part : spec.forces) {
     const ForcePlugin& plugin = registry.get<Force>(part.plugin, part.place);
     const Params params(plugin.title(), plugin.params, part.given, part.place, plugin.free_numbers);
     std::optional<Elements> own = without_bodies(plugin, part, spec);
     if (plugin.reads_particles) {
       if (!own) own = part.elements;
-      own->carried = carried_numbers(initial);
+      if (carried.empty()) carried = carried_numbers(initial);
+      own->carried = std::move(carried);
     }
     const BodyAttachments joined(own ? *own : part.elements, spec, bodies, n);
     check_elements(joined.elements, plugin, params, joined.count, part.place);
     check_surfaces(part, n);
     auto force =
         at_source(part.place, [&] { return made_by(plugin, part.place, params, joined.elements); });
+    if (plugin.reads_particles) carried = std::move(own->carried);
     for (const auto& [family, count] : force->families()) check_family(family, part.place);
     if (!joined.nodes.empty()) force = force_on_nodes(std::move(force), joined.nodes);
     if (part.particles) force = on_group(std::move(force), plugin, part, n);

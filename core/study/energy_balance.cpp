@@ -13,6 +13,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   const ParticleSystem& particles = *particles_of(system);
   for (Force* force : particles.other_forces())
     if (!force->conservative() && !force->springs()) working_.push_back(force);
+  acting_.reserve(working_.size());
   kinematic_ = moves_pinned_ = !particles.prescribed().empty();
   driven_ = system.constraint_system() && system.constraint_system()->constraints().move();
   damped_ = particles.has_damping() || !working_.empty() || driven_ || kinematic_;
@@ -99,24 +100,39 @@ double EnergyBalance::power() const {
   if (driven_ || (moves_pinned_ && system_->constraint_system()))
     power -= system_->constraint_system()->driving_power(t, system_->state().data());
   const ParticleView p = particles.view(t, system_->state().data());
-  for (Force* force : working_) {
-    if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
-    std::ranges::fill(sums_.span(), 0.0);
-    const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
-    const ForceSink sink{fx, fy, fz};
-    const ParticleView own = particles.seen_by(*force, p);
-    force->prepare(own, particles.pool());
-    particles.pool().run_parts(p.n, 8, [&](int begin, int end) {
+  const std::span<Force* const> on = acting();
+  for (Force* force : on) force->prepare(particles.seen_by(*force, p), particles.pool());
+  std::ranges::fill(sums_.span(), 0.0);
+  const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
+  const ForceSink sink{fx, fy, fz};
+  particles.pool().run_parts(p.n, 8, [&](int begin, int end) {
+    for (const Force* force : on) {
+      const ParticleView own = particles.seen_by(*force, p);
       if (force->has_dissipative_part())
         force->dissipative_part(own, {begin, end}, sink);
       else
         force->accumulate(own, {begin, end}, sink);
-    });
+    }
+  });
+  if (!on.empty())
     for (int i = 0; i < p.n; ++i)
       if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
-  }
   if (moves_pinned_) power += hands();
   return power;
+}
+
+// Both lists are in the order of the scene.
+std::span<Force* const> EnergyBalance::acting() const {
+  const std::span<Force* const> others = particles_of(*system_)->other_forces();
+  acting_.clear();
+  auto next = others.begin();
+  for (Force* force : working_) {
+    const auto found = std::find(next, others.end(), force);
+    if (found == others.end()) continue;
+    acting_.push_back(force);
+    next = found + 1;
+  }
+  return acting_;
 }
 
 // E' counts this with the other potentials, although no force derives from it.
@@ -124,9 +140,8 @@ double EnergyBalance::potential() const {
   const ParticleSystem& particles = *particles_of(*system_);
   const ParticleView p = particles.view(system_->t(), system_->state().data());
   double sum = 0;
-  for (Force* force : working_) {
+  for (Force* force : acting()) {
     if (force->has_dissipative_part()) continue;  // it does come from there
-    if (std::ranges::count(particles.other_forces(), force) == 0) continue;  // it is off
     const ParticleView own = particles.seen_by(*force, p);
     force->prepare(own, particles.pool());
     sum += force->potential(own, {0, p.n});

@@ -49,6 +49,7 @@ class EnergyBalance {
   double power() const;      // of the damping and of forces that do work, W
   double hands() const;      // taken by them, W
   double potential() const;  // that such forces add to E all the same, J
+  std::span<Force* const> acting() const;  // of working_, those that are not off
   void choose_stride();
 
   Simulation* system_;
@@ -56,6 +57,7 @@ class EnergyBalance {
   bool moves_pinned_ = false;  // by the user or along prescribed paths
   mutable Array sums_;         // scratch of power()
   std::vector<Force*> working_;
+  mutable std::vector<Force*> acting_;  // scratch
   double start_potential_ = 0;  // J
   Energy start_;
   std::int64_t steps_;                   // of the run; 0: not known

@@ -46,9 +46,14 @@ std::array<double, 4> edge_operator(const std::array<sim::Vec3, 4>& x) {
   return {c03 + c04, c01 + c02, -c01 - c03, -c02 - c04};
 }
 
-using Places = std::vector<sim::Vec3>;  // m, of all particles
+struct Places {
+  int first = 0;                // particle
+  std::vector<sim::Vec3> list;  // m
+};
 
-const sim::Vec3& at(const Places& p, int i) { return p[static_cast<std::size_t>(i)]; }
+const sim::Vec3& at(const Places& p, int i) {
+  return p.list[static_cast<std::size_t>(i - p.first)];
+}
 
 // far[c]: the particle across the edge from corner c to the next one; -1 if there is none.
 Patch patch_of(const sim::TriangleMesh::Triangle& triangle, const std::array<int, 3>& far,
@@ -110,9 +115,11 @@ class Bending final : public sim::Force {
       : surface_(params.surface("surface")), stiffness_(params.number("stiffness")) {}
 
   void bind(const sim::ParticleView& initial) override {
-    for (int i = 0; i < initial.n; ++i) start_.push_back(initial.position(i));
+    start_ = {surface_->corners().begin(), {}};
+    for (int i = start_.first; i < surface_->corners().end(); ++i)
+      start_.list.push_back(initial.position(i));
     make_rows({});
-    for (int i = 0; i < initial.n; ++i)
+    for (int i = start_.first; i < surface_->corners().end(); ++i)
       for (const Entry& entry : row(i))
         if (i < entry.j) couplings_.push_back({i, entry.j});
   }
@@ -124,7 +131,8 @@ class Bending final : public sim::Force {
 
   // The rows of Q add up to 0, so that -k sum of Q_ij x_j = k sum of Q_ij (x_i - x_j).
   void accumulate(const sim::ParticleView& p, sim::Tile tile, sim::ForceSink sink) const override {
-    for (int i = tile.begin; i < tile.end; ++i) {
+    const auto [begin, end] = surface_->corners().within(tile.begin, tile.end);
+    for (int i = begin; i < end; ++i) {
       const sim::Vec3 x = p.position(i);
       sim::Vec3 sum = sim::Vec3::Zero();
       for (const Entry& entry : row(i)) sum += entry.value * (x - p.position(entry.j));
@@ -138,7 +146,7 @@ class Bending final : public sim::Force {
   bool has_jacobian() const override { return true; }
 
   void jacobian(const sim::ParticleView& p, sim::JacobianSink& sink) const override {
-    for (int i = 0; i < p.n; ++i) {
+    for (int i = start_.first; i < surface_->corners().end(); ++i) {
       double diagonal = 0;
       for (const Entry& entry : row(i)) {
         sink.position(i, entry.j, -entry.value * sim::Mat3::Identity());
@@ -156,7 +164,8 @@ class Bending final : public sim::Force {
   // Summed patch by patch, for the sum over Q would be a small difference of large numbers.
   double potential(const sim::ParticleView& p, sim::Tile tile) const override {
     double sum = 0;
-    for (int i = tile.begin; i < tile.end; ++i)
+    const auto [begin, end] = surface_->corners().within(tile.begin, tile.end);
+    for (int i = begin; i < end; ++i)
       for (const int corner : surface_->corners(i)) {
         if (corner % 3 != 0) continue;
         const Patch& patch = patches_[static_cast<std::size_t>(corner / 3)];
@@ -173,14 +182,13 @@ class Bending final : public sim::Force {
 
   // The sum over the patches is U = k/2 x^T Q x with a matrix Q that is constant until a tear.
   void make_rows(sim::TornPairs torn) {
-    const int n = static_cast<int>(start_.size());
     patches_ = patches_of(*surface_, start_, torn);
     std::vector<int> ids;
     for (const Patch& patch : patches_) ids.insert(ids.end(), patch.ids.begin(), patch.ids.end());
-    const sim::Incidence patches_at(n, ids);
+    const sim::Incidence patches_at(surface_->particles(), ids);
     entries_.clear();
     rows_ = {0};
-    for (int i = 0; i < n; ++i) {
+    for (int i = start_.first; i < surface_->corners().end(); ++i) {
       add_row(i, patches_at.at(i));
       rows_.push_back(entries_.size());
     }
@@ -209,9 +217,8 @@ class Bending final : public sim::Force {
   }
 
   std::span<const Entry> row(int i) const {
-    const std::size_t begin = rows_[static_cast<std::size_t>(i)],
-                      end = rows_[static_cast<std::size_t>(i) + 1];
-    return {entries_.data() + begin, end - begin};
+    const auto at = static_cast<std::size_t>(i - start_.first);
+    return {entries_.data() + rows_[at], rows_[at + 1] - rows_[at]};
   }
 
   std::shared_ptr<const sim::TriangleMesh> surface_;
@@ -219,9 +226,10 @@ class Bending final : public sim::Force {
   Places start_;
   std::vector<std::array<int, 2>> couplings_;  // of the whole surface
   bool torn_ = false;
-  std::vector<Patch> patches_;     // one a triangle
-  std::vector<std::size_t> rows_;  // entries of row i: [rows_[i], rows_[i + 1])
-  std::vector<Entry> entries_;     // off the diagonal, each row ascending
+  std::vector<Patch> patches_;  // one a triangle
+  std::vector<std::size_t>
+      rows_;                    // entries of the row of start_.first + i: [rows_[i], rows_[i + 1])
+  std::vector<Entry> entries_;  // off the diagonal, each row ascending
 };
 
 }  // namespace

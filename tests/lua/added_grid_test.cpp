@@ -103,6 +103,21 @@ TEST_CASE("cells fill a grid that is added, and forces act on its particles alon
   CHECK(make_model(spec, system).triangles.size() == 12 + 8);
 }
 
+TEST_CASE("cells move wherever their particles stand in a list", "[lua]") {
+  const auto block = [](const std::string& before) {
+    return before +
+           "local g = p:add_grid { 3, 3, 3, du = {1, 0, 0}, dv = {0, 1, 0}, dw = {0, 0, 1} }\n"
+           "p:pin(g:id(0, 0, 0), g:id(0, 2, 0), g:id(0, 0, 2))\n"
+           "return sim.scene { particles = p, integrator = 'verlet', dt = 0.002, duration = 1,\n"
+           "  forces = { sim.force.gravity { particles = g }, sim.force.fem { young = 300, \n"
+           "    cells = sim.cells { grid = g }, poisson = 0.3, density = 2 } } }\n";
+  };
+  const auto alone = places_after(block("local p = sim.particles {}\n"), 0);
+  CHECK((alone[26] - Vec3(2, 2, 2)).norm() > 1e-3);
+  CHECK(places_after(block("local p = sim.particles {}\nfor i = 1, 13 do p:add { i, 9, 9 } end\n"),
+                     13) == alone);
+}
+
 TEST_CASE("a grid that is added wrongly is named", "[lua][errors]") {
   const std::string grid = "{ 2, 2, du = {1, 0, 0}, dv = {0, 1, 0} }";
   const std::string added = "local p = sim.particles {}\nlocal g = p:add_grid " + grid + "\n";

@@ -33,7 +33,8 @@ class ElementForces {
 
   // For Force::accumulate(): adds up in the order of the elements.
   void add(Tile tile, ForceSink sink) const {
-    for (int i = tile.begin; i < tile.end; ++i) {
+    const auto [begin, end] = incidence_.within(tile.begin, tile.end);
+    for (int i = begin; i < end; ++i) {
       Vec3 sum = Vec3::Zero();
       for (const int place : incidence_.at(i))
         sum += forces_[static_cast<std::size_t>(place / kArity)]
@@ -45,7 +46,8 @@ class ElementForces {
   // Calls visit(e) for the elements whose first particle is in the tile: each is in exactly one.
   template <class Visit>
   void for_each(Tile tile, const Visit& visit) const {
-    for (int i = tile.begin; i < tile.end; ++i)
+    const auto [begin, end] = incidence_.within(tile.begin, tile.end);
+    for (int i = begin; i < end; ++i)
       for (const int place : incidence_.at(i))
         if (place % kArity == 0) visit(place / kArity);
   }

@@ -86,7 +86,8 @@ void Dashpots::accumulate(const ParticleView& view, Tile tile, ForceSink sink) c
   SIM_ASSERT(0 <= tile.begin && tile.begin <= tile.end && tile.end <= view.n);
   forces_(runs_, view, tile.begin, tile.end, sink);
   if (pairs_.net().empty()) return;
-  for (int i = tile.begin; i < tile.end; ++i)
+  const Tile used = pairs_.net().used(tile);
+  for (int i = used.begin; i < used.end; ++i)
     pairs_.net().at(i, [&](int to, double c, double rest) {
       if (!acts(position(view, i, to), rest)) return;
       double* const sum[3] = {sink.x + i, sink.y + i, sink.z + i};

@@ -65,7 +65,8 @@ class OfTies final : public sim::Force, public sim::Breakable {
   }
 
   void accumulate(const sim::ParticleView&, sim::Tile tile, sim::ForceSink sink) const override {
-    for (int i = tile.begin; i < tile.end; ++i) {
+    const auto [begin, end] = places_.within(tile.begin, tile.end);
+    for (int i = begin; i < end; ++i) {
       double sum[4] = {};
       for (const int place : places_.at(i)) {
         const double* const f = forces_.data() + 4 * (place / 2);
@@ -154,7 +155,8 @@ class OfTies final : public sim::Force, public sim::Breakable {
           });
       many = 0;
     };
-    for (int i = tile.begin; i < tile.end; ++i)
+    const auto [begin, end] = places_.within(tile.begin, tile.end);
+    for (int i = begin; i < end; ++i)
       for (const int place : places_.at(i)) {
         if (place % 2 || !whole(place / 2)) continue;
         ties[many++] = place / 2;

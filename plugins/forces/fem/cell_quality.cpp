@@ -31,8 +31,11 @@ std::pair<double, double> extreme_eigenvalues(const Mat3& m) {
 CellQuality FemForces::quality(const ParticleView& view) const {
   CellQuality found;
   found.cells = cell_count();
-  std::vector<Mat3> strains, means(static_cast<std::size_t>(view.n));
-  std::vector<double> weights(static_cast<std::size_t>(view.n), 0.0);
+  std::vector<Mat3> strains, means(static_cast<std::size_t>(end_ - begin_));
+  std::vector<double> weights(means.size(), 0.0);
+  const auto place_of = [&](int cell, int node) {
+    return static_cast<std::size_t>(ids_[static_cast<std::size_t>(cell * nodes_ + node)] - begin_);
+  };
   for (int cell = 0; cell < cell_count(); ++cell) {
     Mat3 mean;
     double volume = 0, least_volume = HUGE_VAL;
@@ -54,8 +57,7 @@ CellQuality FemForces::quality(const ParticleView& view) const {
       found.volume = least_volume;
     }
     for (int node = 0; node < 4; ++node) {
-      const auto at =
-          static_cast<std::size_t>(ids_[static_cast<std::size_t>(cell * nodes_ + node)]);
+      const std::size_t at = place_of(cell, node);
       means[at] += mean;
       weights[at] += volume;
     }
@@ -65,8 +67,7 @@ CellQuality FemForces::quality(const ParticleView& view) const {
   // (1987), Int. J. Numer. Methods Eng. 24, 337-357).
   for (int cell = 0; cell < cell_count(); ++cell)
     for (int node = 0; node < 4; ++node) {
-      const auto at =
-          static_cast<std::size_t>(ids_[static_cast<std::size_t>(cell * nodes_ + node)]);
+      const std::size_t at = place_of(cell, node);
       const double jump =
           std::sqrt(square_of(strains[static_cast<std::size_t>(cell)] - means[at] / weights[at]));
       if (jump > found.strain_jump) {

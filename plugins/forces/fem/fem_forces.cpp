@@ -40,7 +40,9 @@ void FemForces::bind(const ParticleView& initial) {
   block_ids_.resize(blocks * arity * kSide);
   rest_ = Array(blocks * points * columns * kSide);
   forces_ = Array(blocks * arity * 3 * kSide);
-  packed_ = Array(4 * static_cast<std::size_t>(initial.n));
+  const Incidence incidence(initial.n, ids_);
+  begin_ = incidence.begin(), end_ = incidence.end();
+  packed_ = Array(4 * static_cast<std::size_t>(end_ - begin_));
   for (std::size_t slot = 0; slot < blocks * kSide; ++slot) {
     const std::size_t cell = std::min(slot, cells - 1), block = slot / kSide, lane = slot % kSide;
     const std::span<const int> own = std::span(ids_).subspan(cell * arity, arity);
@@ -50,7 +52,7 @@ void FemForces::bind(const ParticleView& initial) {
                    "where its particles start it is flat, or its edges turn it inside out",
                    "its particles are those of a body at rest"});
     for (std::size_t node = 0; node < arity; ++node)
-      block_ids_[(block * arity + node) * kSide + lane] = own[node];
+      block_ids_[(block * arity + node) * kSide + lane] = own[node] - begin_;
     for (std::size_t p = 0; p < points; ++p) {
       const CellPoint point = cell_point(own, at, static_cast<int>(p));
       double* const out = rest_.data() + (block * points + p) * columns * kSide + lane;
@@ -61,12 +63,11 @@ void FemForces::bind(const ParticleView& initial) {
     }
   }
 
-  const Incidence incidence(initial.n, ids_);
   first_ = {0};
   cells_first_ = {0};
   places_.clear();
   cells_of_.clear();
-  for (int i = 0; i < initial.n; ++i) {
+  for (int i = begin_; i < end_; ++i) {
     for (const int place : incidence.at(i)) {
       const auto cell = static_cast<std::size_t>(place) / arity,
                  node = static_cast<std::size_t>(place) % arity;
@@ -81,11 +82,11 @@ void FemForces::bind(const ParticleView& initial) {
 void FemForces::prepare(const ParticleView& view, ThreadPool& pool) {
   if (ids_.empty()) return;
   double* const packed = packed_.data();
-  pool.run_parts(view.n, kSide, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-      packed[4 * static_cast<std::ptrdiff_t>(i)] = view.x[i];
-      packed[4 * static_cast<std::ptrdiff_t>(i) + 1] = view.y[i];
-      packed[4 * static_cast<std::ptrdiff_t>(i) + 2] = view.z[i];
+  pool.run_parts(end_ - begin_, kSide, [&](int begin, int end) {
+    for (std::ptrdiff_t i = begin; i < end; ++i) {
+      packed[4 * i] = view.x[begin_ + i];
+      packed[4 * i + 1] = view.y[begin_ + i];
+      packed[4 * i + 2] = view.z[begin_ + i];
     }
   });
   pool.run_parts((cell_count() + kSide - 1) / kSide, 1, [&](int begin, int end) {
@@ -95,9 +96,10 @@ void FemForces::prepare(const ParticleView& view, ThreadPool& pool) {
 
 void FemForces::add(Tile tile, ForceSink sink) const {
   if (ids_.empty()) return;
-  for (int i = tile.begin; i < tile.end; ++i) {
+  const int end = std::min(tile.end, end_);
+  for (int i = std::max(tile.begin, begin_); i < end; ++i) {
     Vec3 sum = Vec3::Zero();
-    const auto at = static_cast<std::size_t>(i);
+    const auto at = static_cast<std::size_t>(i - begin_);
     for (std::size_t place = first_[at]; place < first_[at + 1]; ++place) {
       const double* const force = forces_.data() + places_[place];
       sum += Vec3(force[0], force[kSide], force[2 * kSide]);
@@ -133,8 +135,10 @@ Mat3 FemForces::deformation(const ParticleView& view, int cell, int point) const
 
 double FemForces::potential(Tile tile) const {
   if (ids_.empty()) return 0;
-  const int begin = cells_first_[static_cast<std::size_t>(tile.begin)],
-            end = cells_first_[static_cast<std::size_t>(tile.end)];
+  const auto cells_before = [&](int particle) {
+    return cells_first_[static_cast<std::size_t>(std::clamp(particle, begin_, end_) - begin_)];
+  };
+  const int begin = cells_before(tile.begin), end = cells_before(tile.end);
   return kernels_.energy(law_, blocks(), cells_of_.data() + begin, end - begin);
 }
 

@@ -17,7 +17,7 @@ namespace sim {
 struct FemCells {
   int nodes = 4;
   const double* points = nullptr;     // x y z 0 of each particle
-  const std::int32_t* ids = nullptr;  // [block][node][lane]
+  const std::int32_t* ids = nullptr;  // [block][node][lane], counted from the first of these
   const double* rest = nullptr;       // [block][point][weight, gradient of nodes 1 ...][lane]
 };
 
@@ -60,8 +60,11 @@ class FemForces {
   int nodes_, points_;
   std::vector<std::int32_t> block_ids_;
   Array packed_, rest_, forces_;
-  std::vector<std::size_t> first_, places_;  // in forces_, of particle i: [first_[i], first_[i+1])
-  std::vector<int> cells_first_, cells_of_;  // those that begin at i: likewise
+  int begin_ = 0, end_ = 0;  // the particles from the lowest to behind the highest
+  // In forces_, of particle begin_ + i: [first_[i], first_[i + 1]); the cells that begin at it:
+  // likewise.
+  std::vector<std::size_t> first_, places_;
+  std::vector<int> cells_first_, cells_of_;
   FemKernels kernels_ = solid_kernels();
 };
 

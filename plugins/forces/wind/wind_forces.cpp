@@ -186,7 +186,8 @@ void WindForces::add(Tile tile, ForceSink sink) const {
   }
   if (loose_.empty()) return;
   const double* const third = loose_thirds_.data();
-  for (int i = tile.begin; i < tile.end; ++i)
+  const auto [begin, end] = at_.within(tile.begin, tile.end);
+  for (int i = begin; i < end; ++i)
     for (const int place : at_.at(i)) {
       const auto at = static_cast<std::size_t>(place / 3);
       if (!loose_gone_.empty() && loose_gone_[at]) continue;
