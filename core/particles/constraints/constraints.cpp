@@ -17,12 +17,12 @@ void Constraints::add(std::unique_ptr<Constraint> constraint, const std::string&
   const auto memory = static_cast<std::size_t>(constraint->internal_size());
   rows_.parts.push_back({constraint.get(), 0, 0, memory_, memory});
   append_rows(rows_.parts.back());
-  rows_.cuts = rows_.pattern.cuts();
   SIM_ASSERT(
       std::ranges::all_of(rows_.pattern.ids, [&](int id) { return 0 <= id && id < initial.n; }));
   memory_ += (memory + kLine - 1) / kLine * kLine;
   feedback_ = std::max(feedback_, feedback);
   parts_.push_back({std::move(constraint), name, place});
+  if (parts_.size() > 1) return;
   for (int i = 0; i < initial.n; ++i)
     size_ = std::max(size_, initial.position(i).cwiseAbs().maxCoeff());
 }
@@ -43,13 +43,13 @@ void Constraints::refresh() {
   rows_.pattern = {};
   rows_.orthogonal.clear();
   for (RowList::Part& part : rows_.parts) append_rows(part);
-  rows_.cuts = rows_.pattern.cuts();
 }
 
 void Constraints::set_masses(std::span<const double> masses) {
   weights_.assign(masses.size(), 0);
   for (std::size_t i = 0; i < masses.size(); ++i)
     if (masses[i] < HUGE_VAL) weights_[i] = 1 / masses[i];
+  rows_.cuts = rows_.pattern.cuts();
   structure_ = std::make_shared<const RowStructure>(rows_.pattern, weights_, rows_.orthogonal);
 }
 
