@@ -112,21 +112,13 @@ std::vector<std::array<int, 3>> skin_of_bodies(const SystemSpec& spec) {
   return triangles;
 }
 
-// The sheet, or the skin of a block, that a grid is.
-std::vector<std::array<int, 3>> triangles_of(const GridSpec& grid) {
-  if (std::ranges::count_if(grid.size, [](int size) { return size > 1; }) < 2) return {};
-  const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
-  std::vector<std::array<int, 3>> triangles = grid_triangles(grid.size, mirrored);
-  for (std::array<int, 3>& triangle : triangles)
-    for (int& id : triangle) id += grid.first;
-  return triangles;
-}
-
-bool has_cells(const SystemSpec& spec, const GridSpec& grid) {
-  return std::ranges::any_of(spec.forces, [&](const PartSpec& part) {
-    return part.elements.cells &&
-           std::ranges::any_of(part.elements.ids, [&](int id) { return grid.has(id); });
-  });
+// The grids whose particles have cells.
+std::set<const GridSpec*> grids_of_bodies(const SystemSpec& spec) {
+  std::set<const GridSpec*> grids;
+  for (const PartSpec& part : spec.forces)
+    if (part.elements.cells)
+      for (const int id : part.elements.ids) grids.insert(spec.particles->grid_of(id));
+  return grids;
 }
 
 // Surfaces that the scene names; else the skin of its bodies, and the sheets and blocks of grids
@@ -137,9 +129,12 @@ std::vector<std::array<int, 3>> triangles_of(const SystemSpec& spec, bool tied) 
     triangles.insert(triangles.end(), surface->triangles().begin(), surface->triangles().end());
   if (!triangles.empty() || !spec.particles) return triangles;
   triangles = skin_of_bodies(spec);
+  if (!tied) return triangles;
+  const std::set<const GridSpec*> filled = grids_of_bodies(spec);
   const auto add = [&](const GridSpec& grid) {
-    if (!tied || has_cells(spec, grid)) return;
-    const auto more = triangles_of(grid);
+    const auto wide = std::ranges::count_if(grid.size, [](int size) { return size > 1; });
+    if (wide < 2 || filled.contains(&grid)) return;
+    const auto more = grid.triangles();
     triangles.insert(triangles.end(), more.begin(), more.end());
   };
   if (spec.particles->grid) add(*spec.particles->grid);

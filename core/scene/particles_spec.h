@@ -26,6 +26,8 @@ struct GridSpec {
   int count() const { return size[0] * size[1] * size[2]; }
   bool has(int id) const { return id >= first && id < first + count(); }
   std::array<int, 3> at(int id) const;  // its (i, j, k)
+  // Of the sheet in two directions, or of the boundary of the block, as in grid_triangles().
+  std::vector<std::array<int, 3>> triangles() const;
 };
 
 struct ParticleSpec {
@@ -49,7 +51,7 @@ struct ParticlesSpec {
   std::vector<PrescribedSpec> prescribed = {};
   std::vector<double> weights = {};  // kg, of each id; 0: the mass above; empty: all 0
   std::map<std::string, std::vector<double>> numbers = {};  // that they carry, of each id
-  std::vector<GridSpec> added_grids = {};                   // whose particles stand in the list
+  std::vector<GridSpec> added_grids = {};                   // ascending, of particles of the list
 
   int count() const { return (grid ? grid->count() : 0) + static_cast<int>(list.size()); }
   ParticleSpec at(int id) const;

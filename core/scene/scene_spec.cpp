@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/geometry/cells.h"
+#include "core/geometry/triangle_mesh.h"
 
 namespace sim {
 
@@ -10,6 +11,14 @@ std::array<int, 3> GridSpec::at(int id) const {
   id -= first;
   if (size[2] == 1) return {id / size[1], id % size[1], 0};  // divisions are slow
   return {id / size[2] / size[1], id / size[2] % size[1], id % size[2]};
+}
+
+std::vector<std::array<int, 3>> GridSpec::triangles() const {
+  const bool mirrored = directions == 3 && du.cross(dv).dot(dw) < 0;
+  std::vector<std::array<int, 3>> list = grid_triangles(size, mirrored);
+  for (std::array<int, 3>& triangle : list)
+    for (int& id : triangle) id += first;
+  return list;
 }
 
 ParticleSpec ParticlesSpec::at(int id) const {
@@ -31,9 +40,8 @@ ParticleSpec ParticlesSpec::at(int id) const {
 
 const GridSpec* ParticlesSpec::grid_of(int id) const {
   if (grid && grid->has(id)) return &*grid;
-  const auto found =
-      std::ranges::find_if(added_grids, [&](const GridSpec& each) { return each.has(id); });
-  return found == added_grids.end() ? nullptr : &*found;
+  const auto behind = std::ranges::upper_bound(added_grids, id, {}, &GridSpec::first);
+  return behind != added_grids.begin() && behind[-1].has(id) ? &behind[-1] : nullptr;
 }
 
 void weigh_cells(SystemSpec& spec) {

@@ -326,15 +326,12 @@ std::shared_ptr<const TriangleMesh> SceneReader::surface(lua_State* L, int handl
   std::vector<TriangleMesh::Triangle> triangles;
   if (record.flag("grid")) {
     const GridSpec& grid = this->grid(L, on, body, place);
-    const bool mirrored = grid.directions == 3 && grid.du.cross(grid.dv).dot(grid.dw) < 0;
     const double count = 2.0 * grid.count();  // of a sheet; a block has fewer
     session_->count(0, count, place);
     constexpr double kEach = 60;  // bytes of a triangle, with its edges
     if (grid.size[2] == 1)
       require_memory(kEach * count, "its triangles need", place, "make the grid smaller");
-    triangles = grid_triangles(grid.size, mirrored);
-    for (TriangleMesh::Triangle& triangle : triangles)
-      for (int& id : triangle) id += grid.first;
+    triangles = grid.triangles();
   } else {
     require_own(L, on, body, place, "surface");
     const LuaTable ids = record.table("ids");

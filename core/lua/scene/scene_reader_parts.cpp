@@ -266,17 +266,16 @@ void SceneReader::check_numbers(lua_State* L, int particles, const SystemSpec& s
 void SceneReader::prescribed(lua_State* L, const LuaTable& record, int count,
                              ParticlesSpec& spec) const {
   const LuaTable prescribed = record.table("prescribed");  // id, path, place, id, ...
-  std::vector<bool> seen(static_cast<std::size_t>(count));
+  std::set<lua_Integer> seen;
   for (lua_Integer i = 1; i < prescribed.length(); i += 3) {
     const lua_Integer id = prescribed.integer(i);
     const SourceLocation place = session_->place(prescribed.integer(i + 2));
     if (id >= count)
       scene_error(place, "bad lead", "there is no particle " + std::to_string(id),
                   "the ids of the scene are 0 to " + std::to_string(count - 1));
-    if (seen[static_cast<std::size_t>(id)])
+    if (!seen.insert(id).second)
       scene_error(place, "bad prescribe",
                   "particle " + std::to_string(id) + " is prescribed twice");
-    seen[static_cast<std::size_t>(id)] = true;
     lua_rawgeti(L, prescribed.index(), i + 1);
     Value path;
     if (!read_reference(L, -1, nullptr, place, path))
