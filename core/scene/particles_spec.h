@@ -26,7 +26,7 @@ struct GridSpec {
   int count() const { return size[0] * size[1] * size[2]; }
   bool has(int id) const { return id >= first && id < first + count(); }
   std::array<int, 3> at(int id) const;  // its (i, j, k)
-  // Of the sheet in two directions, or of the boundary of the block, as in grid_triangles().
+  // A sheet, or the boundary of a block; see grid_triangles().
   std::vector<std::array<int, 3>> triangles() const;
 };
 
