@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/base/assert.h"
 #include "core/base/slot.h"
@@ -19,7 +18,6 @@ constexpr double kLeastPivot = 1e-11;  // of the diagonal, of rows that do not
 struct RowMatrix::Component : RowStructure::Component {
   bool diagonal = false, shifted = false;
   std::unique_ptr<SupernodalFactors> panels;  // null: lists
-  bool failed = false;                        // no factors, as entries are not finite
   int dependent = 0, first_dependent = -1;
 };
 
@@ -165,8 +163,7 @@ bool RowMatrix::eliminate_panels(Component& of, double shift) {
   const std::span<const double> entries = std::span<const double>(entries_).subspan(
       slot(structure_->entry_begin[slot(of.begin)]),
       slot(structure_->entry_begin[slot(of.end)] - structure_->entry_begin[slot(of.begin)]));
-  of.failed = !of.panels->factorise(entries, shift == 0, shift);
-  bool regular = !of.failed;
+  bool regular = of.panels->factorise(entries, shift == 0, shift);
   for (int k = of.begin; k < of.end && regular && shift == 0; ++k)
     regular = of.panels->pivot(k - of.begin) > kLeastPivot * diagonal_of(k);
   return regular;
@@ -221,11 +218,7 @@ bool RowMatrix::eliminate_rows(Component& of, double shift) {
 // Forward and backward substitution.
 void RowMatrix::substitute(const Component& of, double* x) const {
   if (of.panels) {
-    const std::span<double> own(x + of.begin, x + of.end);
-    if (of.failed)
-      std::ranges::fill(own, std::numeric_limits<double>::quiet_NaN());
-    else
-      of.panels->solve(own);
+    of.panels->solve({x + of.begin, x + of.end});
     return;
   }
   for (int k = of.begin; k < of.end; ++k) {

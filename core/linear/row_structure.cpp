@@ -13,8 +13,8 @@
 namespace sim {
 namespace {
 
-// The mean square of the numbers of a column of L from which panels pay: a net of 20 x 20 rods.
-constexpr double kWorthPanels = 200;
+// The mean square of the numbers of a column of L from which panels pay: a net of 24 x 24 rods.
+constexpr double kWorthPanels = 250;
 
 // A list of items for each number, one behind the other.
 template <class Item>
