@@ -99,14 +99,21 @@ double EnergyBalance::power() const {
   double power = particles.damping_power(t, system_->state().data(), sums_);
   if (driven_ || (moves_pinned_ && system_->constraint_system()))
     power -= system_->constraint_system()->driving_power(t, system_->state().data());
-  const ParticleView p = particles.view(t, system_->state().data());
-  const std::span<Force* const> on = acting();
-  for (Force* force : on) force->prepare(particles.seen_by(*force, p), particles.pool());
+  if (const std::span<Force* const> forces = acting(); !forces.empty())
+    power = less_work(power, forces);
+  if (moves_pinned_) power += hands();
+  return power;
+}
+
+double EnergyBalance::less_work(double power, std::span<Force* const> forces) const {
+  const ParticleSystem& particles = *particles_of(*system_);
+  const ParticleView p = particles.view(system_->t(), system_->state().data());
+  for (Force* force : forces) force->prepare(particles.seen_by(*force, p), particles.pool());
   std::ranges::fill(sums_.span(), 0.0);
   const auto [fx, fy, fz] = Layout(p.n, 3).axes(sums_.data());
   const ForceSink sink{fx, fy, fz};
   particles.pool().run_parts(p.n, 8, [&](int begin, int end) {
-    for (const Force* force : on) {
+    for (const Force* force : forces) {
       const ParticleView own = particles.seen_by(*force, p);
       if (force->has_dissipative_part())
         force->dissipative_part(own, {begin, end}, sink);
@@ -114,10 +121,8 @@ double EnergyBalance::power() const {
         force->accumulate(own, {begin, end}, sink);
     }
   });
-  if (!on.empty())
-    for (int i = 0; i < p.n; ++i)
-      if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
-  if (moves_pinned_) power += hands();
+  for (int i = 0; i < p.n; ++i)
+    if (p.free(i)) power -= sink.x[i] * p.vx[i] + sink.y[i] * p.vy[i] + sink.z[i] * p.vz[i];
   return power;
 }
 

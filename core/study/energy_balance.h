@@ -49,6 +49,8 @@ class EnergyBalance {
   double power() const;      // of the damping and of forces that do work, W
   double hands() const;      // taken by them, W
   double potential() const;  // that such forces add to E all the same, J
+  // The power less what these forces do now, W, summed on from there.
+  double less_work(double power, std::span<Force* const> forces) const;
   std::span<Force* const> acting() const;  // of working_, those that are not off
   void choose_stride();
 
@@ -58,7 +60,7 @@ class EnergyBalance {
   mutable Array sums_;         // scratch of power()
   std::vector<Force*> working_;
   mutable std::vector<Force*> acting_;  // scratch
-  double start_potential_ = 0;  // J
+  double start_potential_ = 0;          // J
   Energy start_;
   std::int64_t steps_;                   // of the run; 0: not known
   std::int64_t stride_ = 1, since_ = 0;  // steps, and those since the last look at the power

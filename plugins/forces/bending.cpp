@@ -226,10 +226,9 @@ class Bending final : public sim::Force {
   Places start_;
   std::vector<std::array<int, 2>> couplings_;  // of the whole surface
   bool torn_ = false;
-  std::vector<Patch> patches_;  // one a triangle
-  std::vector<std::size_t>
-      rows_;                    // entries of the row of start_.first + i: [rows_[i], rows_[i + 1])
-  std::vector<Entry> entries_;  // off the diagonal, each row ascending
+  std::vector<Patch> patches_;     // one a triangle
+  std::vector<std::size_t> rows_;  // entries of start_.first + i: [rows_[i], rows_[i + 1])
+  std::vector<Entry> entries_;     // off the diagonal, each row ascending
 };
 
 }  // namespace

@@ -303,6 +303,8 @@ local function grid_record(options)
   }
 end
 
+local of_grid = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
+
 -- grid = sim.grid { rows, cols, origin =, du =, dv =, mass =, NAME = }
 -- grid = sim.grid { n1, n2, n3, origin =, du =, dv =, dw =, mass =, NAME = }
 -- rows x cols particles; particle (i, j) is at origin + i*du + j*dv and has the id i*cols + j,
@@ -314,8 +316,6 @@ end
 --   du, dv, dw   m, from one row, one column, one layer to the next
 --   mass         kg, > 0, of each particle; default 1
 --   NAME         any other number: what each particle carries, see :add
-local of_grid = { true, true, true, origin = true, du = true, dv = true, dw = true, mass = true }
-
 local function make_grid(options)
   return carrying_particles(options, of_grid, "sim.grid", function() return grid_record(options) end)
 end
