@@ -193,6 +193,33 @@ TEST_CASE("moving colliders carry and throw what hangs on rods", "[scene][constr
   CHECK(belt.system.position(0)[0] == Approx(0.5 - 0.5 / (0.5 * kG)).epsilon(1e-3));
 }
 
+// A rod falls onto a slope, gently enough not to end the step there, and slides off it towards a
+// wall that it would reach after 0.0995 s. A bounce of a third particle ends the step at 0.0985 s.
+TEST_CASE("who is pushed into a wall before it would have hit it hits it then",
+          "[scene][constraints]") {
+  TextRun run(
+      "local p = sim.particles { mass = 1 }\n"
+      "p:add({0, 0, 0}, { velocity = {0.01, 0, 0} })\n"
+      "p:add({1, 0, 0}, { velocity = {0.01, 0, 0} })\n"
+      "p:add({0.5, 6.5326, 0}, { velocity = {0, -10, 0} })\n"
+      "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+      "  constraints = { sim.constraint.distance { ties = { {0, 1} } } }, colliders = {\n"
+      "    sim.collider.plane { point = {0, -0.02, 0}, normal = {1, 1, 0} },\n"
+      "    sim.collider.plane { point = {1.000995, 0, 0}, normal = {-1, 0, 0} },\n"
+      "    sim.collider.sphere { radius = 0.5, center = {0.5, 5, 0}, restitution = 0.5 } },\n"
+      "  integrator = 'verlet', dt = 0.1, duration = 0.1 }",
+      "verlet", 0.1);
+  const double before = run.system.energy().kinetic;
+  REQUIRE(run.system.step());
+  CHECK(run.system.position(2)[1] > 5.5);
+  CHECK(run.system.contact_work().lost > 0.7 * before);
+  // It falls along the wall as if nothing held it, and the slope carries the other end.
+  CHECK(run.system.position(1)[0] == Approx(1.000995));
+  CHECK(run.system.velocity(1)[0] == Approx(0).margin(1e-9));
+  CHECK(run.system.velocity(1)[1] == Approx(-0.1 * kG).epsilon(0.03));
+  CHECK(run.system.velocity(0).norm() < 0.1);
+}
+
 TEST_CASE("what other constraints do where they meet colliders", "[scene][constraints]") {
   const auto with = [](const std::string& points, const std::string& constraint,
                        const std::string& collider) {

@@ -147,8 +147,8 @@ void UnilateralRattle::predict_friction(const Substep& substep) {
   }
 }
 
-// Adds particles that contact forces have put into a surface, but not impacts of their own, for
-// which the substep is cut.
+// Adds particles that contact forces have put into a surface. Before it is known where the substep
+// is cut, impacts of their own are left out; at the cut, those that would have come later come now.
 bool UnilateralRattle::add_penetrating(const Substep& substep) {
   const double end = substep.t + substep.r;
   const std::size_t before = contacts_.size();
@@ -164,13 +164,14 @@ bool UnilateralRattle::add_penetrating(const Substep& substep) {
       if (std::any_of(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(before),
                       same))
         continue;
-      if (std::ranges::any_of(impacts_, [&](const Impact& m) {
-            return m.particle == i && m.collider == collider && !m.known && m.s > until_;
-          }))
-        continue;
+      const auto own = std::ranges::find_if(impacts_, [&](const Impact& m) {
+        return m.particle == i && m.collider == collider && !m.known && m.s > until_;
+      });
+      const bool hits = own != impacts_.end();
+      if (hits && until_ < 0) continue;
       Impact impact;
       impact.particle = i, impact.collider = collider, impact.normal = sample.normal;
-      begin_contact_force(impact, false);
+      begin_contact_force(hits ? *own : impact, hits);
     }
   }
   // Inserts the new contacts in the order of particles; a stable sort would allocate.

@@ -45,13 +45,19 @@ class ContactCriterion final : public Criterion {
     words += (acted.size() > 1 ? ", together took " : ", took ") + brief(work.lost, 3) + " J";
     if (particles_of(*system_)->contacts().move())
       words += ", colliders did " + brief(work.given, 3) + " J";
+    constexpr double kShare = 1e-3;  // of the energy in play
+    const double share = kShare * balance_.in_play();
+    if (-work.lost > share)
+      findings.push_back({Trust::kSuspect, "contact, which can only take energy, gave " +
+                                               brief(-work.lost, 3) + " J, " +
+                                               percent(-work.lost, balance_.in_play()) +
+                                               " of the energy in play"});
     // Without friction, with a restitution of 1, contact of bodies takes no energy.
-    constexpr double kTaken = 1e-3;  // of the energy in play
-    const double took = std::fabs(work.lost);
-    if (elastic_ && took > kTaken * balance_.in_play())
-      findings.push_back(
-          {Trust::kSuspect, "elastic contact without friction took " + brief(took, 3) + " J, " +
-                                percent(took, balance_.in_play()) + " of the energy in play"});
+    if (elastic_ && work.lost > share)
+      findings.push_back({Trust::kSuspect, "elastic contact without friction took " +
+                                               brief(work.lost, 3) + " J, " +
+                                               percent(work.lost, balance_.in_play()) +
+                                               " of the energy in play"});
   }
 
  private:
