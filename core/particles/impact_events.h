@@ -4,13 +4,14 @@
 #include "core/ode/ode_system.h"
 #include "core/particles/particles.h"
 #include "core/particles/reported_contact_work.h"
+#include "core/particles/step_path.h"
 
 namespace sim {
 
 // A step ends at the impact of a free particle with a collider, where a resting contact opens, and
-// where its slip reverses. In between resting particles have constrained accelerations, so that f
-// is smooth and a method keeps its order; at the end of a step they are projected back onto the
-// surface (Hairer, Lubich & Wanner 2006, section IV.4).
+// where its slip reverses, or leads over an edge. In between resting particles have constrained
+// accelerations, so that f is smooth and a method keeps its order; at the end of a step they are
+// projected back onto the surface (Hairer, Lubich & Wanner 2006, section IV.4).
 class ImpactEvents : public Events {
  public:
   explicit ImpactEvents(Particles& particles)
@@ -53,6 +54,12 @@ class ImpactEvents : public Events {
     if (contacts.sampled()) contacts.prepare_interval(t, t + h);
   }
   bool within(double t) const { return begun_ && t >= t_ && t <= t_ + h_; }
+  // Where a particle in resting contact slides over an edge of the surface on its path through a
+  // step, as a share of the step; 1: nowhere. gained: m/s, by forces in the step.
+  double edge_on(const Collider& collider, double h, const StepPath& path, double gained) const;
+  // True where an edge is less than a gap that counts as none ahead. sample: at the place.
+  static bool is_at_edge(const Collider& collider, double t, const Vec3& place,
+                         const Vec3& velocity, const SurfaceSample& sample);
   Outcome outcome(bool had_impact) const {
     if (particles_->contacts().work_sums().over_constrained() >= 0) return Outcome::kNotAllowed;
     return had_impact ? Outcome::kImpact : Outcome::kSmooth;

@@ -65,9 +65,9 @@ void ParticleImpactEvents::find_held(const double* x) {
       const double still = kVelocityTolerance * (velocity.norm() + sample.velocity.norm()) + 1e-15;
       const double slow = std::max(still, std::sqrt(2 * Contacts::slack(place) * kMostPush));
       if (std::fabs(sample.gap) > kGapTolerance * position_scale(place) || rate < -still ||
-          rate > slow)
+          rate > slow || is_at_edge(*collider, t_, place, velocity, sample))
         continue;
-      if (held.count < 3) held.collider[held.count++] = collider;
+      if (held.count < 3) held.surface[held.count++] = {collider, sample.normal};
       if (rate > still) held.leaving = std::max(held.leaving, rate);
     }
     if (held.count > 0) held_.push_back(held);
@@ -84,7 +84,7 @@ void ParticleImpactEvents::find_held(const double* x) {
     // The last bounces of many are lower than rounding lets anyone see.
     const double height = 0.5 * held.leaving * held.leaving / now.surplus;
     if (height > Contacts::slack(view.position(i))) return true;
-    const Vec3 carrier = held.collider[0]->query(t_, view.position(i)).velocity;
+    const Vec3 carrier = held.surface[0].query(t_, view.position(i)).velocity;
     held.power = power_of(now.acceleration - free_of(i), carrier, view.velocity(i));
     is_held_[static_cast<std::size_t>(i)] = 1;
     return false;
@@ -99,6 +99,17 @@ void ParticleImpactEvents::accelerate(const ParticleView& view, double* const a[
     const Vec3 kept = look_at(held, view, {a[0][i], a[1][i], a[2][i]}).acceleration;
     for (std::size_t axis = 0; axis < 3; ++axis) a[axis][i] = kept[axis];
   }
+}
+
+double ParticleImpactEvents::edge_of(const Held& held, double h, const ParticleView& before,
+                                     const ParticleView& after) const {
+  const int i = held.particle;
+  const StepPath path = StepPath::between(h, before.position(i), before.velocity(i),
+                                          after.position(i), after.velocity(i));
+  double edge = 1;
+  for (const HeldSurface& surface : held.all())
+    edge = std::min(edge, edge_on(*surface.collider, h, path, h * free_of(i).norm()));
+  return edge;
 }
 
 // Calls body(i, path) for each free particle that may touch a collider in the step.
@@ -118,13 +129,13 @@ void ParticleImpactEvents::for_near(double t, double h, const double* x, const d
 double ParticleImpactEvents::first(double t, double h, const double* x, const double* x_next) {
   Earliest earliest;
   for_near(t, h, x, x_next, [&](int i, const StepPath& path) {
-    std::span<Collider* const> rests_on;
+    std::span<const HeldSurface> rests_on;
     if (is_held_[static_cast<std::size_t>(i)]) {
       if (!in_forces_) return;  // press() will act
-      rests_on = std::ranges::find(held_, i, &Held::particle)->all();
+      rests_on = std::ranges::lower_bound(held_, i, {}, &Held::particle)->all();
     }
     for (Collider* const collider : particles_->contacts().all()) {
-      if (std::ranges::count(rests_on, collider) > 0) continue;
+      if (std::ranges::count(rests_on, collider, &HeldSurface::collider) > 0) continue;
       const double s = Contacts::first_touch(*collider, t, h, path);
       if (s > 1) continue;
       // A path that ends on the surface needs no shorter step.
@@ -136,15 +147,17 @@ double ParticleImpactEvents::first(double t, double h, const double* x, const do
   });
   if (held_.empty() || !in_forces_) return earliest.s;
   evaluate(t + h, x_next);
-  const ParticleView after = particles_->view(t + h, x_next);
+  const ParticleView before = particles_->view(t, x), after = particles_->view(t + h, x_next);
   for (const Held& held : held_) {
-    const RestingContactForce now = look_at(held, after, free_of(held.particle));
+    const int i = held.particle;
+    earliest.may_be(edge_of(held, h, before, after));
+    const RestingContactForce now = look_at(held, after, free_of(i));
     if (now.surplus < -1e-3 * held.surplus)
       earliest.may_be(held.surplus / (held.surplus - now.surplus));
-    const double before = held.slip.norm(), turned = now.slip.dot(held.slip);
-    if (held.collider[0]->material().friction > 0 && !held.sticks &&
-        turned < -1e-8 * before * before)
-      earliest.may_be(before / (before - turned / before));
+    const double slip = held.slip.norm(), turned = now.slip.dot(held.slip);
+    if (held.surface[0].collider->material().friction > 0 && !held.sticks &&
+        turned < -1e-8 * slip * slip)
+      earliest.may_be(slip / (slip - turned / slip));
   }
   return earliest.s;
 }
@@ -154,7 +167,7 @@ Events::Outcome ParticleImpactEvents::end(double t, double h, const double* x, d
   reported_work_.begin(t, h);
   bool had_impact = false;
   if (!cut || !in_forces_) had_impact = press(t, h, x, x_next, !cut);
-  if (cut && in_forces_ && !held_.empty()) put_back(t, h, x_next);
+  if (cut && in_forces_ && !held_.empty()) put_back(t, h, x, x_next);
   reported_work_.acted();
   if (bounce(t + h, x_next)) had_impact = true;
   reported_work_.happened();
@@ -162,28 +175,36 @@ Events::Outcome ParticleImpactEvents::end(double t, double h, const double* x, d
 }
 
 // Corrects the drift off the surfaces that the error of the method leaves on resting particles.
-void ParticleImpactEvents::put_back(double t, double h, double* x) {
-  evaluate(t + h, x);
+void ParticleImpactEvents::put_back(double t, double h, const double* x, double* x_next) {
+  evaluate(t + h, x_next);
+  const ParticleView before = particles_->view(t, x), after = particles_->view(t + h, x_next);
   const Layout& layout = particles_->layout();
-  const auto q = layout.axes(x), v = layout.axes(x, 3);
+  const auto q = layout.axes(x_next), v = layout.axes(x_next, 3);
   for (const Held& held : held_) {
     const int i = held.particle;
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
-    const RestingContactForce now = look_at(held, particles_->view(t + h, x), free_of(i));
     Vec3 place = vector_at(q, i), velocity = vector_at(v, i);
-    const SurfaceSample first = held.collider[0]->query(t + h, place);
+    if (edge_of(held, h, before, after) < 1) {  // it lies behind
+      ContactWork work;
+      add(work, held.power, h);
+      particles_->contacts().work_sums().enter(i, mass, work);
+      reported_work_.steady(held.power, mass * h);
+      continue;
+    }
+    const RestingContactForce now = look_at(held, after, free_of(i));
+    const SurfaceSample first = held.surface[0].query(t + h, place);
     const ContactWork end = power_of(now.acceleration - free_of(i), first.velocity, velocity);
     const ContactWork work{.lost = 0.5 * h * (held.power.lost + end.lost),
                            .given = 0.5 * h * (held.power.given + end.given)};
     if (now.surplus > 0)
-      for (Collider* const collider : held.all()) {
-        const SurfaceSample sample = collider->query(t + h, place);
+      for (const HeldSurface& surface : held.all()) {
+        const SurfaceSample sample = surface.query(t + h, place);
         place -= sample.gap * sample.normal;
         velocity -= (velocity - sample.velocity).dot(sample.normal) * sample.normal;
       }
     // A slip that is zero to the accuracy of the method ends here.
     const Vec3 slip = tangential(velocity - first.velocity, first.normal);
-    if (held.collider[0]->material().friction > 0 &&
+    if (held.surface[0].collider->material().friction > 0 &&
         (now.sticks ||
          slip.norm() <= 1e-7 * std::max(held.slip.norm(), h * now.acceleration.norm())))
       velocity -= slip;

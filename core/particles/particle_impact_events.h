@@ -34,20 +34,22 @@ class ParticleImpactEvents final : public ImpactEvents {
  private:
   struct Held {
     int particle = 0, count = 0;
-    Collider* collider[3] = {};
+    HeldSurface surface[3] = {};
     double leaving = 0;      // m/s, the largest normal velocity away from one of them
     double surplus = 0;      // m/s^2, at the start
     Vec3 slip{0, 0, 0};      // m/s, at the start
     bool sticks = false;     // from the start on, so that its slip is rounding
     ContactWork power = {};  // W/kg, at the start
-    std::span<Collider* const> all() const { return {collider, static_cast<std::size_t>(count)}; }
+    std::span<const HeldSurface> all() const { return {surface, static_cast<std::size_t>(count)}; }
   };
 
   void find_held(const double* x);
   RestingContactForce look_at(const Held& held, const ParticleView& view, const Vec3& free) const;
   void evaluate(double t, const double* x);  // free accelerations, into accelerations_
   Vec3 free_of(int i) const;                 // of them
-  void put_back(double t, double h, double* x);
+  double edge_of(const Held& held, double h, const ParticleView& before,
+                 const ParticleView& after) const;
+  void put_back(double t, double h, const double* x, double* x_next);
   bool press(double t, double h, const double* x, double* x_next, bool all);
   bool bounce(double t, double* x);
   template <class Body>

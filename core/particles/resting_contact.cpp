@@ -8,19 +8,19 @@
 
 namespace sim {
 
-RestingContactForce resting_contact(std::span<Collider* const> colliders, double t, double d,
+RestingContactForce resting_contact(std::span<const HeldSurface> surfaces, double t, double d,
                                     const Vec3& x, const Vec3& v, const Vec3& free) {
   // gap'' = n.a + (n.(v - u))' along the straight path, from a difference quotient of three values.
   VelocityInequality bound;
   RestingContactForce pressed{.surplus = -HUGE_VAL};
-  for (Collider* const collider : colliders) {
+  for (const HeldSurface& held : surfaces) {
     if (bound.count == VelocityInequality::kMost) break;
     const auto rate = [&](double after) {
-      const SurfaceSample sample = collider->query(t + after, x + after * v);
+      const SurfaceSample sample = held.query(t + after, x + after * v);
       return sample.normal.dot(v - sample.velocity);
     };
     const double curving = (4 * rate(d) - rate(2 * d) - 3 * rate(0)) / (2 * d);
-    const Vec3 normal = collider->query(t, x).normal;
+    const Vec3 normal = held.query(t, x).normal;
     bound.planes[bound.count++] = {normal, -curving};
     pressed.surplus = std::max(pressed.surplus, -curving - normal.dot(free));
   }
@@ -28,8 +28,8 @@ RestingContactForce resting_contact(std::span<Collider* const> colliders, double
   pressed.push = pressed.acceleration - free;
   if (bound.count == 0) return pressed;
 
-  const Collider& surface = *colliders[0];
-  const SurfaceSample sample = surface.query(t, x);
+  const Collider& surface = *surfaces[0].collider;
+  const SurfaceSample sample = surfaces[0].query(t, x);
   const Vec3 relative = v - sample.velocity;
   pressed.slip = tangential(relative, sample.normal);
   const ContactMaterial material = surface.material();

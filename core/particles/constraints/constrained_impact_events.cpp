@@ -43,7 +43,7 @@ ContactAccelerations::Evaluation ConstrainedImpactEvents::look_at(double t) cons
 bool ConstrainedImpactEvents::lies(int i, const Collider* collider) const {
   for (auto each = std::ranges::lower_bound(resting_, i, {}, &RestingContact::particle);
        each != resting_.end() && each->particle == i; ++each)
-    if (each->collider == collider) return true;
+    if (each->surface.collider == collider) return true;
   return false;
 }
 
@@ -83,11 +83,14 @@ void ConstrainedImpactEvents::find_resting(const double* x) {
       const Vec3 relative = velocity - sample.velocity;
       const double rate = relative.dot(sample.normal);
       const double still = kVelocityTolerance * (velocity.norm() + sample.velocity.norm()) + kSlow;
-      if (std::fabs(sample.gap) > kGapTolerance * position_scale(place) || std::fabs(rate) > still)
+      if (std::fabs(sample.gap) > kGapTolerance * position_scale(place) ||
+          std::fabs(rate) > still || is_at_edge(*collider, t_, place, velocity, sample))
         continue;
       const Vec3 slip = relative - rate * sample.normal;
-      resting_.push_back(
-          {.particle = i, .collider = collider, .slides = slip.norm() > still, .slip = slip});
+      resting_.push_back({.particle = i,
+                          .surface = {collider, sample.normal},
+                          .slides = slip.norm() > still,
+                          .slip = slip});
     }
   }
   if (resting_.empty()) return;
@@ -99,8 +102,9 @@ void ConstrainedImpactEvents::find_resting(const double* x) {
   };
   // A slip that forces would build up in negligible time counts as sticking.
   forces_.free(view, a);
+  const double fastest = largest();
   for (RestingContact& each : resting_)
-    each.slides = each.slides && each.slip.norm() > kInNoTime * largest();
+    each.slides = each.slides && each.slip.norm() > kInNoTime * fastest;
   if (!evaluate(t_, x)) {  // f will say so
     resting_.clear();
     return;
@@ -148,6 +152,7 @@ double ConstrainedImpactEvents::first(double t, double h, const double* x, const
   if (smooth_) {
     find_others(ends);
     earliest.may_be(rattle_.next_cut());
+    for (const RestingContact& each : resting_) earliest.may_be(edge_of(each, h, before, after));
     return earliest.s;
   }
   for (const int i : rattle_.near(ends)) {
@@ -162,16 +167,26 @@ double ConstrainedImpactEvents::first(double t, double h, const double* x, const
   if (resting_.empty() || !evaluate(t + h, x_next)) return earliest.s;
   for (std::size_t k = 0; k < resting_.size(); ++k) {
     const RestingContact& each = resting_[k];
+    earliest.may_be(edge_of(each, h, before, after));
     const double now = forces_.surplus(k);
     if (each.surplus > 0 && now < -1e-3 * each.surplus)
       earliest.may_be(each.surplus / (each.surplus - now));
-    if (!each.slides || each.collider->material().friction == 0) continue;
-    const SurfaceSample sample = each.collider->query(t + h, after.position(each.particle));
+    if (!each.slides || each.surface.collider->material().friction == 0) continue;
+    const SurfaceSample sample = each.surface.query(t + h, after.position(each.particle));
     const Vec3 slip = tangential(after.velocity(each.particle) - sample.velocity, sample.normal);
     const double size = each.slip.norm(), turned = slip.dot(each.slip) / size;
     if (turned < -1e-8 * size) earliest.may_be(size / (size - turned));
   }
   return earliest.s;
+}
+
+double ConstrainedImpactEvents::edge_of(const RestingContact& contact, double h,
+                                        const ParticleView& before,
+                                        const ParticleView& after) const {
+  const int i = contact.particle;
+  const StepPath path = StepPath::between(h, before.position(i), before.velocity(i),
+                                          after.position(i), after.velocity(i));
+  return edge_on(*contact.surface.collider, h, path, h * contact.surplus);
 }
 
 // Finds impacts within a substep, besides resting contacts and impacts at its end.
@@ -205,10 +220,32 @@ Events::Outcome ConstrainedImpactEvents::end(double t, double h, const double* x
   return Outcome::kNotAllowed;
 }
 
+// Lets go of particles that have slid over an edge. The work on them is that of the start.
+void ConstrainedImpactEvents::leave_edges(const UnilateralRattle::Substep& substep) {
+  const ParticleView before = particles_->view(substep.t, substep.from),
+                     after = particles_->view(substep.t + substep.r, substep.to);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < resting_.size(); ++k) {
+    const RestingContact& each = resting_[k];
+    if (edge_of(each, substep.r, before, after) < 1) {
+      reported_work_.steady(each.power, substep.r);
+      ContactWork work;
+      add(work, each.power, substep.r);
+      particles_->contacts().work_sums().enter(each.particle, 1, work);
+      continue;
+    }
+    resting_[kept] = each;
+    pressed_[kept++] = pressed_[k];
+  }
+  resting_.resize(kept);
+  pressed_.resize(kept);
+}
+
 // Resting particles have drifted off their surfaces by the error of the method.
 bool ConstrainedImpactEvents::correct_drift(const UnilateralRattle::Substep& substep) {
   const double end = substep.t + substep.r;
   contacts_.clear();
+  leave_edges(substep);
   if (!resting_.empty()) {
     if (!evaluate(end, substep.to)) return false;
     const ParticleView view = particles_->view(end, substep.to);
@@ -228,7 +265,7 @@ bool ConstrainedImpactEvents::correct_drift(const UnilateralRattle::Substep& sub
       pressed_[k] = 0.5 * substep.r * (pressed_[k] + std::max(0.0, contact.force));
       // A contact sticks if its slip ends here or its friction is below the Coulomb limit.
       if (contact.active && contact.friction > 0) {
-        const SurfaceSample sample = each.collider->query(end, view.position(each.particle));
+        const SurfaceSample sample = each.surface.query(end, view.position(each.particle));
         const Vec3 slip = tangential(view.velocity(each.particle) - sample.velocity, sample.normal);
         const double most =
             std::max(each.slip.norm(), substep.r * vector_at(a, each.particle).norm());
@@ -254,11 +291,10 @@ bool ConstrainedImpactEvents::solve_substep(const UnilateralRattle::Substep& sub
   bool some = std::ranges::any_of(impacts, [](const auto& m) { return !m.known; });
   if (std::ranges::any_of(impacts, &UnilateralRattle::Impact::cuts))
     particles_->contacts().work_sums().count_uncut();
-  const ParticleView begin = particles_->view(substep.t, substep.from);
   for (std::size_t k = 0; k < resting_.size(); ++k) {
     UnilateralRattle::Impact impact;
-    impact.particle = resting_[k].particle, impact.collider = resting_[k].collider;
-    impact.normal = impact.collider->query(substep.t, begin.position(impact.particle)).normal;
+    impact.particle = resting_[k].particle, impact.collider = resting_[k].surface.collider;
+    impact.normal = resting_[k].surface.normal;
     impact.known = true;
     if (smooth_ && contacts_[k].active) impact.pressed = pressed_[k];
     some = some || (impact.pressed > 0 && impact.collider->material().friction > 0);

@@ -39,6 +39,9 @@ class ConstrainedImpactEvents final : public ImpactEvents {
   bool evaluate(double t, const double* x);
   ContactAccelerations::Evaluation look_at(double t) const;
   bool lies(int i, const Collider* collider) const;
+  double edge_of(const RestingContact& contact, double h, const ParticleView& before,
+                 const ParticleView& after) const;
+  void leave_edges(const UnilateralRattle::Substep& substep);
   void add_power(std::span<RestingContact> resting, double t, const double* x) const;
   bool correct_drift(const UnilateralRattle::Substep& substep);
   bool solve_substep(const UnilateralRattle::Substep& substep, bool& had_impact);

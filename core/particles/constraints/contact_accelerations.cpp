@@ -28,25 +28,25 @@ auto rate_of(const F& f, double d) {
 ContactForce push_of(const RestingContact& resting, const ParticleView& now, double d,
                      double largest) {
   const int i = resting.particle;
-  const Collider& collider = *resting.collider;
+  const HeldSurface& surface = resting.surface;
   const Vec3 x = now.position(i), v = now.velocity(i);
-  const SurfaceSample sample = collider.query(now.t, x);
+  const SurfaceSample sample = surface.query(now.t, x);
   ContactForce contact;
-  contact.particle = i, contact.collider = resting.collider, contact.normal = sample.normal;
+  contact.particle = i, contact.collider = surface.collider, contact.normal = sample.normal;
   contact.min_velocity = -rate_of(
       [&](double after) {
-        const SurfaceSample then = collider.query(now.t + after, x + after * v);
+        const SurfaceSample then = surface.query(now.t + after, x + after * v);
         return then.normal.dot(v - then.velocity);
       },
       d);
   const Vec3 slip = tangential(v - sample.velocity, sample.normal);
-  contact.friction = collider.material().friction_at(resting.slides ? slip.norm() : 0);
+  contact.friction = surface.collider->material().friction_at(resting.slides ? slip.norm() : 0);
   if (resting.slides && slip.squaredNorm() > 0)
     contact.surface_velocity = -kFarther * largest / slip.norm() * slip;
   else if (contact.friction > 0)
     contact.surface_velocity = rate_of(
         [&](double after) {
-          return collider.query(now.t + after, x + after * sample.velocity).velocity;
+          return surface.query(now.t + after, x + after * sample.velocity).velocity;
         },
         d);
   return contact;
@@ -116,7 +116,7 @@ void ContactAccelerations::find(const ParticleView& now) {
       if (rate > kContactTolerance * fast + kContactTolerance) continue;
       const Vec3 slip = relative - rate * sample.normal;
       resting_.push_back({.particle = i,
-                          .collider = collider,
+                          .surface = {collider, sample.normal},
                           .slides = slip.norm() > kContactTolerance * fast + kCreeping});
     }
   }

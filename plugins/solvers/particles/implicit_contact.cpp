@@ -386,7 +386,7 @@ void ImplicitContact::accelerate(const ParticleView& view, double* const a[3]) c
   if (!begun_ || view.t != t_) return;
   for (const Held& held : held_) {
     const int i = held.particle;
-    Collider* on[VelocityInequality::kMost];
+    HeldSurface on[VelocityInequality::kMost];
     std::size_t count = 0;
     const Vec3 velocity = view.velocity(i);
     for (int k = 0; k < held.count; ++k) {
@@ -395,7 +395,7 @@ void ImplicitContact::accelerate(const ParticleView& view, double* const a[3]) c
       const SurfaceSample sample = held.collider[k]->query(t_, view.position(i));
       const double off = (velocity - sample.velocity).dot(sample.normal);
       if (off > kAtRest * (velocity.norm() + sample.velocity.norm())) continue;
-      on[count++] = held.collider[k];
+      on[count++] = {held.collider[k], sample.normal};
     }
     const Vec3 kept = resting_contact({on, count}, t_, kDifferenceStep * h_, view.position(i),
                                       view.velocity(i), {a[0][i], a[1][i], a[2][i]})
