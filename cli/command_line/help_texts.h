@@ -31,7 +31,7 @@ inline constexpr const char* kFooter =
     "  SIM_SIMD         sse2, fma, avx2 or avx512: not more; the same bits\n"
     "Exit codes\n"
     "  0 ok, 1 internal, 2 usage, 3 scene, 4 diverged, 5 file or environment,\n"
-    "  6 checkpoint, 7 plugin, 8 a --check failed, 129, 130, 143 or 152 a signal,\n"
-    "  141 the reader of a pipe has gone\n";
+    "  6 checkpoint, 7 plugin, 8 a --check failed, 9 a case of a sweep failed,\n"
+    "  129, 130, 143 or 152 a signal, 141 the reader of a pipe has gone\n";
 
 }  // namespace sim::cli

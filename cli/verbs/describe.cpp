@@ -213,6 +213,17 @@ std::string remedy_for(const DescribeRequest& request, const std::vector<std::st
   return "'sim list' shows all names";
 }
 
+// The plugins of a name, which may be as scenes write it: sim.force.spring.
+std::vector<const PluginInfo*> plugins_of(const std::string& name, Registry& registry) {
+  const std::size_t dot = name.rfind('.');
+  if (!name.starts_with("sim.") || dot < 4) return registry.find(name);
+  std::vector<const PluginInfo*> plugins = registry.find(name.substr(dot + 1));
+  std::erase_if(plugins, [&](const PluginInfo* info) {
+    return !info->kind.in_scenes || info->kind.name != name.substr(4, dot - 4);
+  });
+  return plugins;
+}
+
 }  // namespace
 
 std::string system_facts(const Simulation& system) {
@@ -240,7 +251,7 @@ int describe(const DescribeRequest& request, const Environment& environment, Reg
   const bool like_a_file = name.find('/') != std::string::npos || name.ends_with(".lua");
   std::string text;
   std::vector<const PluginInfo*> plugins;
-  if (!like_a_file) plugins = registry.find(name);
+  if (!like_a_file) plugins = plugins_of(name, registry);
   const Docs docs = like_a_file ? Docs() : language_docs(environment);
   const std::optional<std::string> doc = language_doc(name, docs);
   if (!plugins.empty()) {

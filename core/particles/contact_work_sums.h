@@ -48,6 +48,7 @@ class ContactWorkSums {
     return sum;
   }
 
+  bool any() const { return any_.load(std::memory_order_relaxed); }  // since then
   bool touched(int i) const { return touched_[static_cast<std::size_t>(i)]; }  // ever
 
   // Counts steps with so many impacts that they were not cut at each one, although asked to.

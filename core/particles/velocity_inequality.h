@@ -47,7 +47,7 @@ struct VelocityInequality {
 
   // The active set of the last trial, and the results from the gradient there.
   unsigned at = 0;            // a bit a plane
-  unsigned active = 0;        // of these, the ones that push; kStuck where it is stuck
+  unsigned active = 0;        // of these, the ones that push; kSticking where it sticks
   Mat3 free_directions{};     // the projection onto the feasible directions
   Vec3 push{0, 0, 0};         // kg m/s, of the planes on the particle
   double pushes[kMost] = {};  // of each, >= 0

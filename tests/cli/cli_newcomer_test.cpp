@@ -38,6 +38,8 @@ TEST_CASE("sim help takes the beginning of a verb, a plugin, a scene or a functi
   CHECK(run_sim({"help", "trade"}).out == run_sim({"tradeoff", "--help"}).out);
   CHECK(run_sim({"help", "spring"}).out == run_sim({"describe", "spring"}).out);
   CHECK(run_sim({"help", "sim.grid"}).out == run_sim({"describe", "grid"}).out);
+  CHECK(run_sim({"help", "sim.force.spring"}).out == run_sim({"describe", "spring"}).out);
+  CHECK(run_sim({"help", "sim.collider.spring"}).code == 2);
   CHECK(has(run_sim({"help", "scenes/rope.lua"}).out, "of that stiffness instead"));
   CHECK(has(run_sim({"help", "stabilty"}).err, "did you mean 'stability'?"));
   CHECK(run_sim({"help", "s"}).code == 2);  // several begin so

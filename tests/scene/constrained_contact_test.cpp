@@ -220,6 +220,54 @@ TEST_CASE("who is pushed into a wall before it would have hit it hits it then",
   CHECK(run.system.velocity(0).norm() < 0.1);
 }
 
+TEST_CASE("what a hand does on rods is not charged to the floor that they touch",
+          "[scene][constraints]") {
+  // The upper end of a rod at 45 degrees is led along; the lower one slides on ice.
+  const std::string text =
+      "local p = sim.particles { mass = 1 }\n"
+      "p:add({0, 1, 0})\np:add({1, 0, 0})\n"
+      "p:prescribe(0, function(t) return {t * t, 1, 0}, {2 * t, 0, 0} end)\n"
+      "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+      "  constraints = { sim.constraint.distance { ties = { {0, 1} } } },\n"
+      "  colliders = { sim.collider.plane { normal = {0, 1, 0} } },\n"
+      "  integrator = 'rk4', dt = 0.01, duration = 1 }";
+  for (const std::string method : {"rk4", "verlet"}) {
+    INFO(method);
+    TextRun run(text, method, 0.01);
+    run.run_to(1);
+    const ContactWork work = run.system.contact_work();
+    CHECK(work.lost == Approx(0).margin(1e-4));
+    CHECK(run.system.velocity(1)[0] == Approx(2).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("rods on a floor that is moved by a function bear what they bear on one that swings",
+          "[scene][constraints]") {
+  // A rod stands on a floor y = 0.05 sin(10 t), and its upper end of 1 kg with g and y''.
+  const auto tension = [](const std::string& motion) {
+    TextRun run(
+        "local p = sim.particles { mass = 1 }\n"
+        "p:add({0, 0, 0}, { velocity = {0, 0.5, 0} })\n"
+        "p:add({0, 1, 0}, { velocity = {0, 0.5, 0} })\n"
+        "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+        "  constraints = { sim.constraint.distance { ties = { {0, 1} } } },\n"
+        "  colliders = { sim.collider.plane { normal = {0, 1, 0}, motion = " +
+            motion +
+            " } },\n"
+            "  integrator = 'verlet', dt = 0.01, duration = 1 }",
+        "verlet", 0.01);
+    run.run_to(0.4);
+    const auto forces =
+        run.system.constraint_system()->forces(run.system.t(), run.system.state().data());
+    return forces.at(0).tension;
+  };
+  const double expected = -(kG - 5 * std::sin(4.0));
+  CHECK(tension("sim.motion.swing { amplitude = {0, 0.05, 0}, period = 2 * math.pi / 10 }") ==
+        Approx(expected).epsilon(1e-4));
+  CHECK(tension("function(t) return {0, 0.05 * math.sin(10 * t), 0}, "
+                "{0, 0.5 * math.cos(10 * t), 0} end") == Approx(expected).epsilon(1e-2));
+}
+
 TEST_CASE("what other constraints do where they meet colliders", "[scene][constraints]") {
   const auto with = [](const std::string& points, const std::string& constraint,
                        const std::string& collider) {

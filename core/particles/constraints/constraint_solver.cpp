@@ -283,19 +283,4 @@ bool ConstraintSolver::rattle_velocities(double t, const ParticleView& like, con
   return project_velocities(weights, values_, v, true);
 }
 
-bool ConstraintSolver::begin_projections(double t, const ParticleView& like, const Axes& q,
-                                         const Axes& v, const double* memory) {
-  failure_ = Failure::kNone;
-  if (!evaluate(t, like, q, v, memory, values_)) return false;
-  matrix_.factorise(values_.gradient(), constraints_->weights());
-  return true;
-}
-
-void ConstraintSolver::project(const Axes& v, bool with_drive) {
-  values_.times(v.data(), rest_.data());
-  if (with_drive)
-    for (std::size_t r = 0; r < rest_.size(); ++r) rest_[r] += values_.drive()[r];
-  remove(constraints_->weights(), values_, v);
-}
-
 }  // namespace sim

@@ -53,11 +53,6 @@ class ConstraintSolver {
   bool rattle_velocities(double t, const ParticleView& like, const Axes& q, const Axes& v,
                          const double* memory, std::span<const double> weights);
 
-  // Repeated projections of velocities at one state: v += W J^T nu with J v (+ drive) = 0.
-  bool begin_projections(double t, const ParticleView& like, const Axes& q, const Axes& v,
-                         const double* memory);
-  void project(const Axes& v, bool with_drive);
-
   std::span<const double> multipliers() const { return lambda_; }
   const RowValues& values() const { return values_; }
   const RowMatrix& matrix() const { return matrix_; }

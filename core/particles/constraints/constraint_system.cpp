@@ -101,16 +101,6 @@ bool ConstraintSystem::project_velocities(double t, double* state) {
                                     constraints_.weights());
 }
 
-bool ConstraintSystem::begin_projections(double t, double* state) {
-  const Layout& layout = particles_->layout();
-  return solver_->begin_projections(t, particles_->view(t, state), layout.axes(state),
-                                    layout.axes(state, 3), state + internal_begin());
-}
-
-void ConstraintSystem::project(const Constraints::Axes& v, bool with_drive) {
-  solver_->project(v, with_drive);
-}
-
 void ConstraintSystem::start(double* state) {
   const Layout& layout = particles_->layout();
   double* const memory = state + internal_begin();
@@ -212,18 +202,7 @@ std::vector<ConstraintForce> ConstraintSystem::forces(double t, const double* st
 // move.
 double ConstraintSystem::driving_power(double t, const double* state) {
   if (!observe(particles_->view(t, state), state)) return std::nan("");
-  double power = 0;
-  for (std::size_t r = 0; r < observer_->multipliers().size(); ++r)
-    power -= observer_->multipliers()[r] * observer_->values().drive()[r];
-  const RowPattern& pattern = constraints_.rows().pattern;
-  const ParticleView view = particles_->view(t, state);
-  for (std::size_t r = 0; r < observer_->multipliers().size(); ++r)
-    for (auto e = static_cast<std::size_t>(pattern.begin[r]);
-         e < static_cast<std::size_t>(pattern.begin[r + 1]); ++e)
-      if (!view.free(pattern.ids[e]))
-        power -= observer_->multipliers()[r] *
-                 observer_->values().gradient()[e].dot(view.velocity(pattern.ids[e]));
-  return power;
+  return observer_->values().driving_power(observer_->multipliers(), particles_->view(t, state));
 }
 
 std::size_t ConstraintSystem::internal_begin() const noexcept {

@@ -48,11 +48,6 @@ class ConstraintSystem {
   bool project_positions(double t, double* state, bool near);
   bool project_velocities(double t, double* state);
 
-  // For other solvers beside the constraints: v := the nearest velocities that are feasible at this
-  // state; without drive: changes of velocities.
-  bool begin_projections(double t, double* state);
-  void project(const Constraints::Axes& v, bool with_drive);
-
   // The reason why the last step found no allowed state; empty if it found one.
   const std::string& refusal() const noexcept { return refusal_; }
   void refuse(std::string why) { refusal_ = std::move(why); }

@@ -125,11 +125,14 @@ void ContactAccelerations::find(const ParticleView& now) {
 std::span<const double> ContactAccelerations::multipliers(const ParticleView& now,
                                                           const RowValues& values) {
   const auto a = Layout(now.n, 3).axes(a_.data());
+  // Sampled surfaces are known up to the present.
+  const Evaluation look{.difference_step =
+                            particles_->contacts().sampled() ? -kGlanceOfForces : kGlanceOfForces};
   free(now, a);
   find(now);
-  if (!accelerate(now, values, resting_, {.difference_step = kGlanceOfForces}, a)) {
+  if (!accelerate(now, values, resting_, look, a)) {
     free(now, a);
-    accelerate(now, values, {}, {.difference_step = kGlanceOfForces}, a);
+    accelerate(now, values, {}, look, a);
   }
   return solver_.multipliers();
 }

@@ -73,6 +73,19 @@ double RowValues::largest_phi() const {
   return most;
 }
 
+double RowValues::driving_power(std::span<const double> multipliers,
+                                const ParticleView& view) const {
+  double power = 0;
+  for (std::size_t r = 0; r < multipliers.size(); ++r) power -= multipliers[r] * drive_[r];
+  const RowPattern& pattern = list_->pattern;
+  for (std::size_t r = 0; r < multipliers.size(); ++r)
+    for (auto e = static_cast<std::size_t>(pattern.begin[r]);
+         e < static_cast<std::size_t>(pattern.begin[r + 1]); ++e)
+      if (!view.free(pattern.ids[e]))
+        power -= multipliers[r] * gradient_[e].dot(view.velocity(pattern.ids[e]));
+  return power;
+}
+
 template <class Body>
 void RowValues::for_parts(int n, const Body& body) const {
   constexpr int kWorthThreads = 512;  // rows, or parts of them

@@ -50,6 +50,9 @@ class RowValues {
   std::span<const double> bias() const { return bias_; }
   std::span<const Vec3> gradient() const { return gradient_; }
   double largest_phi() const;
+  // The power of the rows, W, that move or hold particles that are led; the work, J, if these are
+  // impulses. view: at the state of the rows.
+  double driving_power(std::span<const double> multipliers, const ParticleView& view) const;
 
   // out := J v
   void times(const double* const v[3], double* out) const;

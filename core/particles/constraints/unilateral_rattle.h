@@ -85,11 +85,11 @@ class UnilateralRattle {
   bool add_penetrating(const Substep& substep);
   bool solve_end_velocities(const Substep& substep);
   bool solve_velocities(const Substep& substep, double enough);
-  double max_speed(const Substep& substep) const;  // m/s, of moving_ too
+  double max_speed(const Substep& substep) const;  // m/s, of surfaces too
   bool refuse(const std::string& unit);
   double energy(double t, const double* state) const;
-  double late_work_of(const Substep& substep) const;  // J, of the last press
-  void find_candidates(const SubstepStates& ends);    // into near_
+  double late_work_of(const Substep& substep) const;  // J, of the last solve
+  void find_candidates(const SubstepStates& ends);    // into candidates_
 
   Particles* particles_;
   ConstraintSystem* constraint_system_;
@@ -101,7 +101,7 @@ class UnilateralRattle {
   std::vector<Impact> impacts_;
   std::vector<ContactForce> contacts_, velocity_contacts_;  // for places, for velocities
   Array free_;                                              // end of the substep without contact
-  ContactWork work_;                                        // of the last press()
+  ContactWork work_;                                        // of the last solve
   double until_ = 0;  // end of the last solve, as a share: later impacts are not part of it
 };
 

@@ -18,6 +18,14 @@ constexpr double kOpposing = 0.9;            // cosine of a force that opposes t
 constexpr double kOfScene = 1e-15;           // of the size of the scene
 constexpr double kContactConverged = 1e-13;  // accepted if iterations stall
 
+// The entry of a particle and a collider in a list in the order of particles; its end if none.
+template <class Entry>
+auto find_of(std::span<Entry> list, int particle, const Collider* collider) {
+  auto each = std::ranges::lower_bound(list, particle, {}, &Entry::particle);
+  while (each != list.end() && each->particle == particle && each->collider != collider) ++each;
+  return each != list.end() && each->particle == particle ? each : list.end();
+}
+
 Vec3 surface_velocity(const ContactForce& contact, double t, const Vec3& x) {
   return contact.collider->query(t, x).velocity;
 }
@@ -158,16 +166,10 @@ bool UnilateralRattle::add_penetrating(const Substep& substep) {
     for (Collider* const collider : particles_->contacts().all()) {
       const SurfaceSample sample = collider->query(end, place);
       if (!(sample.gap < -Contacts::slack(place))) continue;
-      const auto same = [&](const ContactForce& p) {
-        return p.particle == i && p.collider == collider;
-      };
-      if (std::any_of(contacts_.begin(), contacts_.begin() + static_cast<std::ptrdiff_t>(before),
-                      same))
-        continue;
-      const auto own = std::ranges::find_if(impacts_, [&](const Impact& m) {
-        return m.particle == i && m.collider == collider && !m.known && m.s > until_;
-      });
-      const bool hits = own != impacts_.end();
+      const auto known = std::span(contacts_).first(before);
+      if (find_of(known, i, collider) != known.end()) continue;
+      const auto own = find_of(std::span(impacts_), i, collider);
+      const bool hits = own != std::span(impacts_).end() && !own->known && own->s > until_;
       if (hits && until_ < 0) continue;
       Impact impact;
       impact.particle = i, impact.collider = collider, impact.normal = sample.normal;
@@ -267,8 +269,7 @@ bool UnilateralRattle::solve_positions(const Substep& substep) {
     work_.given += (contact.force / substep.r * contact.normal + contact.friction_impulse)
                        .dot(surface_velocity(contact, substep.t, begin.position(i)));
   }
-  for (std::size_t r = 0; r < start_rows_.drive().size(); ++r)
-    work_.given -= solver_.multipliers()[r] * start_rows_.drive()[r] / substep.r;
+  work_.given += start_rows_.driving_power(solver_.multipliers(), begin) / substep.r;
   constraint_system_->constraints().follow(particles_->view(substep.t + substep.r, substep.to),
                                            substep.to + memory);
   return true;
@@ -304,8 +305,7 @@ bool UnilateralRattle::solve_end_velocities(const Substep& substep) {
     if (contact.active)
       work_.given +=
           (contact.force * contact.normal + contact.friction_force).dot(contact.surface_velocity);
-  for (std::size_t r = 0; r < rows_.drive().size(); ++r)
-    work_.given -= solver_.multipliers()[r] * rows_.drive()[r];
+  work_.given += rows_.driving_power(solver_.multipliers(), particles_->view(end, substep.to));
   return true;
 }
 

@@ -117,8 +117,8 @@ SIM_INLINE Ways ways_of(const RestingContactStep& step, int i) {
   return {{x0, r0, number(3) * d - number(2) * r0 - r1, r0 + r1 - number(2) * d}, none, none};
 }
 
-// Contacts::hold() for one surface: returns the velocities of the lanes m. Lanes whose iteration
-// does not converge are removed from m.
+// Contacts::constrain_velocity() for one surface: returns the velocities of the lanes m. Lanes
+// whose iteration does not converge are removed from m.
 template <PrimitiveSurface::Form kForm>
 SIM_INLINE Point held(const Surface<kForm>& surface, double friction, const Point& x, Point v,
                       Mask& m, Doubles& lost, Doubles& given) {
@@ -327,7 +327,8 @@ void resolve_all(const RestingContactStep& step, int begin, int end, RestingCont
   }
 }
 
-void settle_lying(const RestingContactStep& step, int begin, int end, RestingContactBlock* block) {
+void resolve_resting(const RestingContactStep& step, int begin, int end,
+                     RestingContactBlock* block) {
   if (step.after.form == PrimitiveSurface::Form::kPlane)
     resolve_all<PrimitiveSurface::Form::kPlane>(step, begin, end, block);
   else
@@ -369,13 +370,14 @@ bool constrain_all(const RestingContactKick& kick, int begin, unsigned bits,
   return true;
 }
 
-bool hold_lying(const RestingContactKick& kick, int i, unsigned bits, RestingContactBlock& block) {
+bool constrain_resting(const RestingContactKick& kick, int i, unsigned bits,
+                       RestingContactBlock& block) {
   return kick.surface.form == PrimitiveSurface::Form::kPlane
              ? constrain_all<PrimitiveSurface::Form::kPlane>(kick, i, bits, block)
              : constrain_all<PrimitiveSurface::Form::kSphere>(kick, i, bits, block);
 }
 
-constexpr RestingContactKernels kKernels{settle_lying, hold_lying};
+constexpr RestingContactKernels kKernels{resolve_resting, constrain_resting};
 
 }  // namespace
 }  // namespace sim::SIM_TARGET

@@ -41,13 +41,13 @@ struct RestingContactBlock {
   unsigned known = 0;                          // nothing is left to do for these
   unsigned met = 0;                            // of these, the particles in contact
   unsigned resting = 0;                        // as StepPath::resting
-  double lost[8], given[8];                    // as ContactWork, of settle()
-  double lost_velocity[8], given_velocity[8];  // of hold(), J/kg
+  double lost[8], given[8];                    // as ContactWork, of resolve()
+  double lost_velocity[8], given_velocity[8];  // of constrain_velocity(), J/kg
 };
 
-// Computes the bits of Contacts::settle() and hold() for particles that rest on the surface at the
-// start of the step and are pressed into it, and leaves particles unchanged that do not come near
-// it.
+// Computes the bits of Contacts::resolve() and constrain_velocity() for particles that rest on the
+// surface at the start of the step and are pressed into it, and leaves particles unchanged that do
+// not come near it.
 struct RestingContactKernels {
   // Resolves the particles [begin, end), begin a multiple of 8, eight to an entry. Particles that
   // are not `known` keep their numbers.

@@ -1,6 +1,7 @@
 // Acceleration of an iteration towards its fixed point.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 
@@ -23,7 +24,10 @@ class Anderson {
   // x and g(x), which becomes the next x. Both are overwritten.
   void mix(std::span<double> x, std::span<double> g);
 
-  // The image of the x with the smallest residual so far, after the first mix().
+  // The state from before the first mix().
+  void begin_at(std::span<const double> x) { std::ranges::copy(x, part(2).begin()); }
+
+  // The image of the x with the smallest residual so far.
   std::span<const double> best() const { return part(2); }
 
  private:

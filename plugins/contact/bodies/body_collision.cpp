@@ -14,9 +14,9 @@ namespace {
 
 using Form = RigidShape::Form;
 
-constexpr double kSunk = 1e-6;      // of a radius: no overlap yet
-constexpr int kFeatures = 1 << 17;  // of a pair of parts
-constexpr double kSame = 1e-6;      // of a radius: points of two parts so near are one
+constexpr double kSunk = 1e-6;               // of a radius: no overlap yet
+constexpr std::int64_t kFeatures = 1 << 29;  // of a pair of parts, as many as hulls may have
+constexpr double kSame = 1e-6;               // of a radius: points of two parts so near are one
 
 double deepest(const std::vector<ManifoldPoint>& points) {
   double depth = 0;
@@ -147,7 +147,7 @@ void BodyCollision::find_contacts(int first, const RigidState& a, int second, co
                 const std::size_t from = out.size();
                 collide(at, placed(second, other, b), margin, out);
                 for (std::size_t k = from; k < out.size(); ++k)
-                  out[k].feature += kFeatures * (i * static_cast<int>(others) + j);
+                  out[k].feature += kFeatures * (i * static_cast<std::int64_t>(others) + j);
               });
   });
   if (parts(first).size() > 1 || others > 1) drop_repeated(out, begin, radius(first));
@@ -194,7 +194,7 @@ void BodyCollision::find_contacts(int first, const RigidState& a, std::size_t co
       }
     }
     for (std::size_t k = from; k < out.size(); ++k)
-      out[k].feature += kFeatures * static_cast<int>(i);
+      out[k].feature += kFeatures * static_cast<std::int64_t>(i);
   }
   if (count > 1) drop_repeated(out, begin, radius(first));
 }

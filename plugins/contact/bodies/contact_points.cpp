@@ -87,7 +87,11 @@ RigidContact::RigidContact(BodyCollision body_collision, Particles& particles,
       tolerance_(tolerance),
       gap_tolerance_(std::max(kBodyGapTolerance, tolerance)),
       solver_body_of_(static_cast<std::size_t>(body_collision_.singles()), -1) {
-  if (constraint_system) joints_ = std::make_unique<BodyJoints>(particles, *constraint_system);
+  if (constraint_system) {
+    joints_ = std::make_unique<BodyJoints>(particles, *constraint_system);
+    contact_solver_.set_joints(joints_.get());
+    resting_solver_.set_joints(joints_.get());
+  }
   if (!particles.contacts().empty() && !constraint_system) contact_pass_.emplace(particles);
   constexpr int kFew = 4096;  // more make room when they come
   const auto most = static_cast<std::size_t>(body_collision_.bodies() +

@@ -28,7 +28,8 @@ struct SolverBody {
 
 // A contact point of two solver bodies; second = -1: a collider, which no impulse moves.
 struct ContactPoint {
-  int first = 0, second = -1, feature = 0;
+  int first = 0, second = -1;
+  std::int64_t feature = 0;
   int key1 = 0, key2 = 0;   // the keys of both sides, the same from step to step
   Vec3 normal, arm1, arm2;  // to the first; from the centers of mass, m
   Vec3 ground;              // velocity of the fixed side, m/s

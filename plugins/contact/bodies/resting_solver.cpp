@@ -163,6 +163,8 @@ double RestingSolver::solve_island(Bodies bodies, Island& island, double toleran
       if (solved) closer = std::max(kFinely, kCloser * closer);
       if (!rests) newton_turn = turn + (solved && !island.groups.empty() ? kSoon : kSlow);
       mixing = Anderson{std::span(history_).subspan(each * island.begin, each * rows), n};
+      read(g);
+      mixing.begin_at(g);
       continue;
     }
     if (turn >= last || gives_up()) {

@@ -333,17 +333,17 @@ StepCorrection::Outcome RigidContact::resolve(const Step& step) {
   // Contact of single particles with colliders.
   const Layout& layout = particles_->layout();
   bool changed = false;
-  if (const int others = body_collision_.singles(); contact_pass_ && others > 0) {
+  if (contact_pass_) {
     contact_pass_->begin(t, t + h);
-    contact_pass_->end(t, h, layout.axes(x), layout.axes(x, 3), layout.axes(x_next),
-                       layout.axes(x_next, 3), 0, others);
+    particles_->pool().run_parts(body_collision_.singles(), 16, [&](int begin, int end) {
+      contact_pass_->end(t, h, layout.axes(x), layout.axes(x, 3), layout.axes(x_next),
+                         layout.axes(x_next, 3), begin, end);
+    });
+    const ContactWorkSums& work_sums = particles_->contacts().work_sums();
     if (!contact_pass_->succeeded())
-      refusal_ = "particle " +
-                 std::to_string(particles_->contacts().work_sums().over_constrained()) +
+      refusal_ = "particle " + std::to_string(work_sums.over_constrained()) +
                  " is squeezed between colliders and has no room left";
-    changed = true;
-  } else if (contact_pass_) {
-    contact_pass_->begin(t, t + h);
+    changed = work_sums.any();
   }
 
   load(step);
@@ -357,8 +357,6 @@ StepCorrection::Outcome RigidContact::resolve(const Step& step) {
   }
   if (joints_) {
     joints_->begin(body_collision_, solver_bodies_, entered_, t + h, x_next);
-    contact_solver_.set_joints(joints_.get());
-    resting_solver_.set_joints(joints_.get());
   }
   const double unconverged = solve(step);
   if (particles_->pool().gives_up(0)) return Outcome::kChanged;
@@ -415,10 +413,13 @@ void RigidContact::recall(std::span<const double> memory) {
   const auto whole = [](double x) {  // whatever a file says
     return std::fabs(x) < std::numeric_limits<int>::max() ? static_cast<int>(x) : 0;
   };
+  const auto feature = [](double x) {
+    return std::fabs(x) < 1e15 ? static_cast<std::int64_t>(x) : std::int64_t{0};
+  };
   for (std::size_t k = 0; k + kNumbers <= memory.size(); k += kNumbers)
     warm_start_.push_back({whole(memory[k]),
                            whole(memory[k + 1]),
-                           whole(memory[k + 2]),
+                           feature(memory[k + 2]),
                            {memory[k + 3], memory[k + 4], memory[k + 5]},
                            memory[k + 6]});
 }

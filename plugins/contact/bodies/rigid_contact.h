@@ -57,8 +57,9 @@ class RigidContact {
 
  private:
   struct WarmStart {
-    int first, second, feature;  // keys of movers; second: of a collider -1 - its number
-    Vec3 friction_impulse;       // N s
+    int first, second;  // keys of movers; second: of a collider -1 - its number
+    std::int64_t feature;
+    Vec3 friction_impulse;  // N s
     double normal_impulse;
   };
   struct Reach {  // of one mover in one step

@@ -40,12 +40,6 @@ void ConstrainedIslands::load(std::span<const Vec3> from, std::span<const Vec3> 
     put_vector(q, static_cast<int>(i), from[i] + displacement[i]);
 }
 
-ParticleView ConstrainedIslands::end(std::span<const Vec3> from,
-                                     std::span<const Vec3> displacement) {
-  load(from, displacement);
-  return particles_->view(t_end_, end_.data());
-}
-
 bool ConstrainedIslands::project_displacements(std::span<const Vec3> from,
                                                std::span<Vec3> displacement,
                                                std::span<std::uint8_t> touched,

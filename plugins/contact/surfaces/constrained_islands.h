@@ -36,9 +36,6 @@ class ConstrainedIslands {
   bool project_velocities(std::span<const Vec3> from, std::span<const Vec3> displacement,
                           std::span<Vec3> velocity, std::span<std::uint8_t> touched);
 
-  // The state at the end of these displacements, until the next call.
-  ParticleView end(std::span<const Vec3> from, std::span<const Vec3> displacement);
-
   // Marks all of an island if one of it is marked. True if none of these is fixed in space.
   bool spread(std::span<std::uint8_t> marks);
 

@@ -27,7 +27,7 @@ class ImpactZones {
   // Joins the particles of a hit at the share s of their displacements; a hit within a zone slows
   // it.
   void join(const std::array<int, 4>& ids, double s);
-  // displacement := the one under the zones, from the positions given to begin(). False if
+  // displacement := the one under the zones, from those given to begin(). False if
   // kinematic particles move a zone that has to stop: culprit().
   bool apply(std::span<const double> inverse_mass, std::span<const Vec3> places,
              std::span<Vec3> displacement);

@@ -47,8 +47,8 @@ class PairCache {
   // Follows changed displacements: the list is rebuilt if it no longer holds; true then.
   bool follow(const SurfacePoints& points, ThreadPool& pool);
 
-  // Calls f(pair number, separation) for those whose distance at the start is less than `reach` and
-  // may come nearer than the thickness, in their order.
+  // Calls f(pair number, separation) for those whose distance at the start is less than the reach
+  // and may come nearer than the thickness, in their order.
   template <class F>
   void each_near(const F& f) const {
     for (const auto& [pair, start] : near_) f(pair, start);
@@ -100,7 +100,7 @@ class PairCache {
   TriangleBvh parts_;
   double thickness_;
   std::vector<SurfacePair> pairs_;
-  std::vector<double> gaps_;       // of each pair at the start of the step; < -1: not known yet
+  std::vector<double> gaps_;  // of each pair at the start of the step; -infinity: not known yet
   std::vector<double> gaps_then_;  // with all particles in the middle of their covers
   std::vector<FatBox> fat_boxes_;
   std::vector<double> moved_;  // m, from there, at most, in this step

@@ -48,7 +48,6 @@ class SurfaceContact {
     pairs_.tear(torn);
   }
 
-  const SurfaceContactSpec& spec() const { return spec_; }
   // The reason why these positions are not allowed: two triangles, or one and a body, that cross or
   // touch. Empty if they are.
   std::string objection(const ParticleView& view);
@@ -113,7 +112,7 @@ class SurfaceContact {
   std::vector<std::array<int, 2>> torn_;
   std::vector<int> movable_;  // particles that a step may change: of surfaces, or all
   std::vector<Vec3> first_, from_, displacement_, free_displacement_, ends_,
-      velocity_;  // first_: at leg 0
+      velocity_;  // first_: at the start of the step
   std::vector<double> inverse_mass_, bounds_;
   std::vector<double> longest_;                // m, of edges; empty without a limit
   std::vector<std::uint8_t> touched_, dirty_;  // changed in this step; since the last test for hits

@@ -477,3 +477,23 @@ return sim.scene { bodies = b, forces = { sim.force.gravity {} },
     CHECK((fallen > 1e-3) == !stands);
   }
 }
+
+TEST_CASE("a collider that no particle touches changes no bit of particles beside bodies") {
+  const auto end = [](const std::string& colliders) {
+    TextRun run(
+        "local p = sim.particles { mass = 1 }\n"
+        "p:add({0, 0, 0})\np:add({0.8, 0, 0})\np:pin(0)\n"
+        "local ball = sim.rigid { shape = sim.sphere { radius = 0.1 }, mass = 1,\n"
+        "  position = {50, 0, 0} }\n"
+        "return sim.scene { particles = p, bodies = { ball }, colliders = { " +
+            colliders +
+            " },\n"
+            "  forces = { sim.force.spring { stiffness = 4, rest = 0.5, ties = { {0, 1} } "
+            "} },\n"
+            "  integrator = 'bdf2', dt = 0.01, duration = 1 }",
+        "bdf2", 0.01);
+    run.run_to(1);
+    return run.system.position(1).x();
+  };
+  CHECK(end("sim.collider.plane { point = {0, -1000, 0}, normal = {0, 1, 0} }") == end(""));
+}
