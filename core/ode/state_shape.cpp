@@ -48,4 +48,11 @@ const StatePart* StateShape::find(std::string_view name) const& {
   return part == parts_.end() ? nullptr : &*part;
 }
 
+std::vector<std::size_t> StateShape::places() const {
+  std::vector<std::size_t> places;
+  for (const Range& range : ranges_)
+    for (std::size_t at = range.begin; at < range.end; ++at) places.push_back(at);
+  return places;
+}
+
 }  // namespace sim

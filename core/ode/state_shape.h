@@ -52,6 +52,7 @@ class StateShape {
   const StatePart* find(std::string_view name) const&;  // null where there is none
   const StatePart& first() const& { return parts_.front(); }
   std::span<const Range> ranges() const& { return ranges_; }  // without padding, ascending
+  std::vector<std::size_t> places() const;  // of all numbers, likewise
   std::span<const StatePart> parts() const&& = delete;
   const StatePart* find(std::string_view name) const&& = delete;
   const StatePart& first() const&& = delete;

@@ -8,24 +8,17 @@
 #include "core/ode/implicit/jacobian_entries.h"
 
 namespace sim {
-namespace {
-
-Eigen::Map<Eigen::VectorXd> vector(Array& array, std::size_t size) {
-  return {array.data(), static_cast<Eigen::Index>(size)};
-}
-
-}  // namespace
 
 struct DenseSolver::Matrices {
   explicit Matrices(Eigen::Index n)
-      : a(Eigen::MatrixXd::Zero(n, n)), lu(n), x(Eigen::VectorXd::Zero(n)) {}
+      : a(Eigen::MatrixXd::Zero(n, n)), lu(n), b(Eigen::VectorXd::Zero(n)), x(b) {}
   Eigen::MatrixXd a;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu;
-  Eigen::VectorXd x;
+  Eigen::VectorXd b, x;
 };
 
 DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
-    : StageNewton(system, options), unit_(size()) {
+    : StageNewton(system, options), columns_(system.shape()) {
   if (size() > kMostNumbers)
     throw Error(
         ErrorKind::kScene,
@@ -33,23 +26,28 @@ DenseSolver::DenseSolver(OdeSystem& system, const StageOptions& options)
          "an implicit method would need a dense matrix for the " + std::to_string(size()) +
              " numbers of this state; at most " + std::to_string(kMostNumbers) + " are allowed",
          "use rk4"});
-  matrices_ = std::make_unique<Matrices>(static_cast<Eigen::Index>(size()));
+  matrices_ = std::make_unique<Matrices>(static_cast<Eigen::Index>(columns_.places().size()));
 }
 
 DenseSolver::~DenseSolver() = default;
 
 void DenseSolver::linearise(double t, double tau, const double* y) {
   jacobian().at(t, y);
-  jacobian_columns(jacobian(), unit_.span(), {matrices_->a.data(), size() * size()});
-  matrices_->a *= -tau;
-  matrices_->a.diagonal().array() += 1;
-  matrices_->lu.compute(matrices_->a);
+  Eigen::MatrixXd& a = matrices_->a;
+  columns_.write(jacobian(), {a.data(), static_cast<std::size_t>(a.size())});
+  a *= -tau;
+  a.diagonal().array() += 1;
+  matrices_->lu.compute(a);
   ++effort_.factorisations;
 }
 
 bool DenseSolver::divide(Array& x) {
-  matrices_->x = matrices_->lu.solve(vector(x, size()));
-  std::copy_n(matrices_->x.data(), size(), x.data());
+  const std::span<const std::size_t> places = columns_.places();
+  for (std::size_t k = 0; k < places.size(); ++k)
+    matrices_->b[static_cast<Eigen::Index>(k)] = x[places[k]];
+  matrices_->x = matrices_->lu.solve(matrices_->b);
+  for (std::size_t k = 0; k < places.size(); ++k)
+    x[places[k]] = matrices_->x[static_cast<Eigen::Index>(k)];
   return true;
 }
 

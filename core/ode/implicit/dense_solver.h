@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "core/ode/implicit/jacobian_entries.h"
 #include "core/ode/implicit/stage_newton.h"
 
 namespace sim {
@@ -19,7 +20,7 @@ class DenseSolver final : public StageNewton {
   void linearise(double t, double tau, const double* y) override;
   bool divide(Array& x) override;
 
-  Array unit_;
+  JacobianColumns columns_;
   struct Matrices;
   std::unique_ptr<Matrices> matrices_;
 };

@@ -168,27 +168,26 @@ class Differences final : public JacobianEntries {
 
 class AllEntries final : public JacobianEntries {
  public:
-  explicit AllEntries(OdeSystem& system) : jacobian_(system.jacobian()), unit_(system.size()) {
+  explicit AllEntries(OdeSystem& system) : jacobian_(system.jacobian()), columns_(system.shape()) {
     std::vector<std::pair<int, int>> entries;
-    const int size = static_cast<int>(system.size());
-    for (int column = 0; column < size; ++column)
-      for (int row = 0; row < size; ++row) entries.emplace_back(column, row);
-    sparsity_ = Sparsity(size, std::move(entries));
-    std::ranges::fill(unit_.span(), 0.0);
+    for (const std::size_t column : columns_.places())
+      for (const std::size_t row : columns_.places())
+        entries.emplace_back(static_cast<int>(column), static_cast<int>(row));
+    sparsity_ = Sparsity(static_cast<int>(system.size()), std::move(entries));
   }
 
   const Sparsity& sparsity() const override { return sparsity_; }
 
   void at(double t, const double* x, std::span<double> values) override {
     jacobian_->at(t, x);
-    jacobian_columns(*jacobian_, unit_.span(), values);
+    columns_.write(*jacobian_, values);
   }
 
   std::int64_t evaluations() const override { return evaluations_of(*jacobian_); }
 
  private:
   std::unique_ptr<Jacobian> jacobian_;
-  Array unit_;
+  JacobianColumns columns_;
   Sparsity sparsity_;
 };
 
@@ -215,11 +214,16 @@ int color_columns(const Sparsity& sparsity, std::span<int> colors) {
   return count;
 }
 
-void jacobian_columns(Jacobian& jacobian, std::span<double> unit, std::span<double> values) {
-  for (std::size_t i = 0; i < unit.size(); ++i) {
-    unit[i] = 1;
-    jacobian.apply(unit.data(), values.data() + i * unit.size());
-    unit[i] = 0;
+JacobianColumns::JacobianColumns(const StateShape& shape)
+    : places_(shape.places()), unit_(shape.size()), column_(shape.size()) {}
+
+void JacobianColumns::write(Jacobian& jacobian, std::span<double> values) {
+  auto next = values.begin();
+  for (const std::size_t place : places_) {
+    unit_[place] = 1;
+    jacobian.apply(unit_.data(), column_.data());
+    unit_[place] = 0;
+    for (const std::size_t row : places_) *next++ = column_[row];
   }
 }
 

@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
+#include "core/base/array.h"
 #include "core/math/sparsity.h"
+#include "core/ode/state_shape.h"
 
 namespace sim {
 
@@ -34,8 +37,19 @@ class JacobianEntries {
 // (Curtis, Powell & Reid (1974), J. Inst. Maths Applics 13, 117-119).
 std::unique_ptr<JacobianEntries> difference_entries(OdeSystem& system, double t, const double* x);
 
-// values := J at its point, column by column; unit and values: n and n^2 numbers, unit all 0.
-void jacobian_columns(Jacobian& jacobian, std::span<double> unit, std::span<double> values);
+// J of the numbers of a state, without its padding, column by column. Each costs a product.
+class JacobianColumns {
+ public:
+  explicit JacobianColumns(const StateShape& shape);
+
+  std::span<const std::size_t> places() const { return places_; }  // of the numbers in the state
+  // values := J at its point: the rows of each column.
+  void write(Jacobian& jacobian, std::span<double> values);
+
+ private:
+  std::vector<std::size_t> places_;
+  Array unit_, column_;
+};
 
 // All entries of a small system, column by column from its Jacobian.
 std::unique_ptr<JacobianEntries> all_entries(OdeSystem& system);
