@@ -56,16 +56,28 @@ double mean(Values t, Values v, double from) {
   return sum / (t.back() - from);
 }
 
-// The vertex of the parabola through the largest value and both its neighbours.
+// The coefficient of the square in the parabola through value i and both its neighbours.
+double curve_at(Values t, Values v, std::size_t i) {
+  const double rise = (v[i] - v[i - 1]) / (t[i] - t[i - 1]);
+  const double fall = (v[i + 1] - v[i]) / (t[i + 1] - t[i]);
+  return (fall - rise) / (t[i + 1] - t[i - 1]);
+}
+
+// The vertex of the parabola through the largest value and both its neighbours. A smooth peak
+// curves at these neighbours nearly as much as between them, unlike a jump or a kink, where the
+// parabola would go beyond all values of the signal.
 double largest(Values t, Values v) {
+  constexpr double kSteeper = 4;  // than at a neighbour
   const auto i = static_cast<std::size_t>(std::ranges::max_element(v) - v.begin());
-  if (i == 0 || i + 1 == v.size()) return v[i];
-  const double left = t[i] - t[i - 1], right = t[i + 1] - t[i];
-  const double rise = (v[i] - v[i - 1]) / left, fall = (v[i + 1] - v[i]) / right;
-  const double curve = (fall - rise) / (left + right);
-  if (!(curve < 0)) return v[i];
-  const double slope = rise + curve * left;
-  return v[i] - slope * slope / (4 * curve);
+  if (i == 0 || i + 1 == v.size() || v.size() < 4) return v[i];
+  const double curve = -curve_at(t, v, i);
+  if (!(curve > 0)) return v[i];
+  double smooth = curve;
+  if (i > 1) smooth = std::min(smooth, -kSteeper * curve_at(t, v, i - 1));
+  if (i + 2 < v.size()) smooth = std::min(smooth, -kSteeper * curve_at(t, v, i + 1));
+  const double left = t[i] - t[i - 1];
+  const double ahead = ((v[i] - v[i - 1]) / left - curve * left) / (2 * curve);
+  return v[i] + std::max(0.0, smooth) * ahead * ahead;
 }
 
 // The time at which it crosses the level between i and i + 1, by bisection.

@@ -71,6 +71,30 @@ TEST_CASE("a period is known from the look on at which it is complete") {
   }
 }
 
+// Speed of a ball that bounces at 0.63 s, and the height of its fall: a jump and a kink.
+TEST_CASE("the largest and the least value of a course go beyond no jump and no kink") {
+  const auto speed = [](double t) { return t < 0.63 ? -9.81 * t : 6.2 - 9.81 * (t - 0.63); };
+  const auto height = [](double t) { return std::abs(t - 0.63); };
+  for (const int looks : {50, 51, 52, 53, 500, 501}) {
+    INFO(looks);
+    const double step = 1.5 / looks;
+    const double most = figure("max x", speed, 1.5, looks);
+    CHECK(most <= 6.2);
+    CHECK(most > 6.2 - 1.2 * 9.81 * step);
+    const double least = figure("min x", speed, 1.5, looks);
+    CHECK(least >= -9.81 * 0.63);
+    CHECK(least < -9.81 * (0.63 - 1.2 * step));
+    CHECK(figure("min x", height, 1.5, looks) >= 0);
+    const auto ends_high = [&](double t) { return t > 1.5 - 1.5 * step ? 8 : t; };
+    CHECK(figure("max x", ends_high, 1.5, looks) == 8);
+  }
+  // A smooth peak is still known to a higher order, whichever looks are next to it.
+  for (const double shift : {0.0, 0.1, 0.2, 0.3, 0.4}) {
+    const auto arch = [&](double t) { return std::cos(2 * M_PI * (t - 0.5 - 0.02 * shift)); };
+    CHECK(figure("max x", arch, 1, 20) == Approx(1).margin(2e-3));  // the looks: 0.02
+  }
+}
+
 TEST_CASE("late figures are those of the second half") {
   const auto step = [](double t) { return t < 5 ? 100 * t : wave(t); };
   CHECK(figure("mean x", step, 10, 2000) > 100);
