@@ -124,8 +124,10 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
 
 Error in_step(const Error& error, const Simulation& system) {
   ErrorText text = error.text();
-  text.why += " (in step " + std::to_string(system.step_count() + 1) +
-              " from t = " + brief(system.t()) + " s)";
+  const std::string named = " (in step ";
+  if (text.why.find(named) != std::string::npos) return error;
+  text.why +=
+      named + std::to_string(system.step_count() + 1) + " from t = " + brief(system.t()) + " s)";
   return Error(error.kind(), text);
 }
 

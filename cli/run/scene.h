@@ -67,7 +67,8 @@ LoadedScene load(const SceneRequest& request, const Environment& environment, Re
 // "sim SCENE -s n=3 --without drag": the words of a command that loads it, quoted for a shell.
 std::string command_for(const SceneRequest& request);
 
-// The error of a right-hand side written in Lua, with the step it failed in.
+// The error of a right-hand side written in Lua, with the step it failed in; that of a plugin names
+// it already.
 Error in_step(const Error& error, const Simulation& system);
 
 }  // namespace sim::cli

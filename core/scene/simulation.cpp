@@ -340,7 +340,7 @@ int Simulation::steps(std::int64_t most) {
   try {
     now = s.integrator->advance(*s.system, t(), h(), most, s.x.data(), s.x_next.data());
   } catch (...) {
-    s.rethrow_in_step();
+    s.rethrow_in_step(h());
   }
   if (now.status != StepStatus::kDone) {
     if (s.find_divergence(now.status)) {
@@ -373,10 +373,16 @@ bool Simulation::step_to(double end) {
   const double from = t();
   if (s.some_sleep(end)) return s.advance_awake(1, end) == 1;
   s.begin_contact(t());
-  if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
+  const FloatControl control;
   const Cancellation::Step step(s.system->cancellation());
-  const StepStatus status =
-      s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
+  StepStatus status = StepStatus::kDone;
+  try {
+    if (!adaptive) s.integrator->restart(t(), short_h, s.x.data());
+    status = s.integrator->step(*s.system, t(), short_h, s.x.data(), s.x_next.data());
+  } catch (...) {
+    if (!adaptive) s.restart();
+    s.rethrow_in_step(short_h);
+  }
   if (status != StepStatus::kDone && s.find_divergence(status)) {
     if (!adaptive || status != StepStatus::kStopped) s.restart();
     return false;

@@ -60,9 +60,9 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
 }
 
 // The force that failed is found by evaluating each at the state before; else it was the method.
-void Simulation::Impl::rethrow_in_step() {
+void Simulation::Impl::rethrow_in_step(double h) {
   thrown_by_others();  // errors that name their source need no search
-  const double begin = t(step_count), h = settings->h;
+  const double begin = t(step_count);
   const std::string what =
       "in step " + std::to_string(step_count + 1) + " from t = " + shortest(begin) + " s";
   if (!particles)

@@ -114,8 +114,8 @@ struct Simulation::Impl {
   void restart();
   // Steps with these settings from now on; if it throws, nothing changes.
   void adopt(std::shared_ptr<const Settings> wanted);
-  // The exception of a step, as the error of the plugin that threw it.
-  [[noreturn]] void rethrow_in_step();
+  // The exception of the next step, of length h, as the error of the plugin that threw it.
+  [[noreturn]] void rethrow_in_step(double h);
   // Changes x between two steps. Throws Error{kUsage} if constraints cannot be satisfied then.
   void change(const std::function<void()>& make);
   void check_not_led(int i) const;  // throws Error{kUsage} where it is

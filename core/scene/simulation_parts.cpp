@@ -240,7 +240,7 @@ bool Simulation::Impl::correct(double t, double h) {
   } catch (...) {
     go_back();
     restart();
-    rethrow_in_step();
+    rethrow_in_step(h);
   }
   go_back();
   return false;
@@ -292,7 +292,7 @@ StepCorrection::Outcome Simulation::Impl::correct_once(double t, double h, bool 
       outcome = correction->apply({t, h, x.data(), x_next.data(), may_be_halved && !remembered});
     } catch (...) {
       restart();
-      rethrow_in_step();
+      rethrow_in_step(h);
     }
     if (system->gave_up()) return give_up();
     if (outcome == Outcome::kFailed) return refuse(correction->failure());

@@ -59,6 +59,20 @@ TEST_CASE("an exception of a plugin is an error that names it") {
   }
 }
 
+TEST_CASE("an exception in a shorter step is the same error as in any other") {
+  sim::Registry registry = wild_registry();
+  const sim::SystemSpec spec = wild_cloth({{"at", 0.0205}});
+  for (const char* integrator : {"rk4", "verlet", "implicit_midpoint"}) {
+    INFO(integrator);
+    sim::Simulation simulation(spec, registry, {.integrator = integrator, .dt = 0.01});
+    for (int i = 0; i < 2; ++i) REQUIRE(simulation.step());
+    CHECK_THAT(plugin_error([&] { simulation.step_to(0.021); }),
+               Contains("the cat") && Contains(" (in step 3 from t = 0.02 s)"));
+    CHECK(simulation.step_count() == 2);
+    CHECK(simulation.step_to(0.0204));  // still possible
+  }
+}
+
 TEST_CASE("a member of a team may throw") {
   sim::ThreadPool pool(3);
   for (int thrower = 0; thrower < 3; ++thrower) {
