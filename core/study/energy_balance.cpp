@@ -26,6 +26,7 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
   // Work of forces is sampled at 2 % of the cost of the run but at least 200 times, or at up to 25
   // % if fewer samples do not determine it.
+  moved_by_colliders_ = particles.contacts().move();
   constexpr std::int64_t kLooks = 200, kShare = 50, kMostShare = 4;
   const std::int64_t each = std::max(1, system.integrator_info().evaluations);
   least_ = most_ = stride_;

@@ -37,6 +37,8 @@ class EnergyBalance {
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // The numbers from which W is continued later, bit for bit.
   std::vector<double> memory() const;
+  // The same, or motion that is given: of particles, rods or colliders.
+  bool is_driven() const { return has_work() || moves_pinned_ || moved_by_colliders_; }
   bool recall(std::span<const double> memory);
   ContactWork contact() const;                                                 // J
   double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J
@@ -57,7 +59,8 @@ class EnergyBalance {
   Simulation* system_;
   bool damped_ = false, confined_ = false, driven_ = false, kinematic_ = false;
   bool moves_pinned_ = false;  // by the user or along prescribed paths
-  mutable Array sums_;         // scratch of power()
+  bool moved_by_colliders_ = false;
+  mutable Array sums_;  // scratch of power()
   std::vector<Force*> working_;
   mutable std::vector<Force*> acting_;  // scratch
   double start_potential_ = 0;          // J

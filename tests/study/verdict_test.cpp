@@ -342,6 +342,37 @@ TEST_CASE("what forces give to a particle at rest is no explosion") {
   CHECK(driven.figures.energy < 1e-3);
 }
 
+// A spring whose end is led, and a particle that a slow ball meets: both begin at rest.
+TEST_CASE("what motion that is given adds to a scene at rest is no explosion") {
+  const std::string led =
+      "local p = sim.particles { mass = 1 }\nlocal a, b = p:add {0, 0, 0}, p:add {1, 0, 0}\n"
+      "p:prescribe(a, function(t) return {0.3*math.exp(-((t - 5)/0.8)^2), 0, 0} end)\n"
+      "return sim.scene { particles = p, forces = { sim.force.spring { stiffness = 100, rest = 1,\n"
+      "  ties = {{a, b}} } }, integrator = \"rk4\", dt = 0.01, duration = 10 }\n";
+  const std::string pushed =
+      "local p = sim.particles { mass = 1 }\np:add {0, 0, 0}\n"
+      "local ball = sim.collider.sphere { radius = 0.5, center = {-0.5, 0, 0},\n"
+      "  motion = function(t) return {-0.5 + 1e-2*t^6, 0, 0} end }\n"
+      "return sim.scene { particles = p, colliders = {ball}, forces = {},\n"
+      "  integrator = \"verlet\", dt = 0.01, duration = 3 }\n";
+  for (const std::string& text : {led, pushed}) {
+    const sim::SceneSpec scene = sim::test::load_text(text);
+    sim::Registry registry = make_registry();
+    sim::Simulation run(scene.systems[0], registry);
+    const std::int64_t steps = run.steps_for(scene.systems[0].duration);
+    sim::study::Monitor monitor(scene.systems[0], run, steps, &registry);
+    for (std::int64_t n = 0; n < steps; ++n) {
+      REQUIRE(run.step());
+      monitor.advance();
+      const sim::Energy energy = run.energy();
+      monitor.look(&energy);
+    }
+    const Verdict verdict = monitor.verdict({});
+    INFO(verdict.reason);
+    CHECK(verdict.trust < Trust::kSuspect);
+  }
+}
+
 // Looks are rare where they cost much. In free fall the kinetic energy is m (g t)^2/2 = 48.1 J.
 TEST_CASE("a verdict is of the state that it is asked at, not of the last look") {
   const sim::SystemSpec spec = make_falling(1, 0);

@@ -5,6 +5,8 @@
 
 #include "core/base/finite.h"
 #include "core/base/text.h"
+#include "core/particles/particle_system.h"
+#include "core/study/accuracy/trajectory.h"
 #include "core/study/verdict/criterion.h"
 
 namespace sim::study {
@@ -53,6 +55,17 @@ double largest(const Simulation& system) {
   return most;
 }
 
+// J, of the heaviest particle that crosses the scene in its duration: what is given to a scene at
+// rest is compared with that, not with the little that comes first.
+double crossing_energy(Simulation& system) {
+  if (!(system.duration() > 0)) return 0;
+  double heaviest = 0;
+  for (const double mass : particles_of(system)->masses())
+    if (std::isfinite(mass)) heaviest = std::max(heaviest, mass);
+  const double speed = scene_size(system) / system.duration();
+  return 0.5 * heaviest * speed * speed;
+}
+
 }  // namespace
 
 Monitor::Monitor(const SystemSpec& spec, Simulation& system, std::int64_t steps, Registry* registry)
@@ -90,7 +103,8 @@ void Monitor::look(const Energy* energy) {
     highest_ = std::max(highest_, energy->total() - start_.total());
     const double moving = energy->kinetic + std::abs(energy->potential - start_.potential);
     if (start_scale_ == 0 && moving > 0)
-      start_scale_ = moving + start_.kinetic + std::abs(start_.potential);
+      start_scale_ = std::max(moving + start_.kinetic + std::abs(start_.potential),
+                              balance_->is_driven() ? crossing_energy(*system_) : 0);
   }
   for (const auto& criterion : criteria_) criterion->look(energy);
   if (balance_)
@@ -99,10 +113,10 @@ void Monitor::look(const Energy* energy) {
     sound_ = start_size_ == 0 || largest(*system_) <= kExplosion * start_size_;
 }
 
-// Energy supplied by forces that do work is no explosion.
+// Energy supplied by forces that do work, or by motion that is given, is no explosion.
 bool Monitor::exploded() const {
-  const bool given =
-      balance_ && balance_->has_work() && !(balance_->error() > kMostlyWrong * balance_->in_play());
+  const bool given = balance_ && balance_->is_driven() &&
+                     !(balance_->error() > kMostlyWrong * balance_->in_play());
   return !given && start_scale_ > 0 && highest_ > kExplosion * start_scale_;
 }
 
