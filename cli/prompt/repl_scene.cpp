@@ -96,6 +96,7 @@ LiveScene::Outcome LiveScene::advance(LoadedScene& scene, std::vector<Timeline>&
     system.stop_when(SessionSignals::any);
     tracks.emplace_back(scene.spec.systems[i], system, targets[i], Track::kNever, Track::kNever,
                         &registry_);
+    if (until) tracks.back().end_anywhere();
     const std::vector<double>* const known =
         &scene == &origin_->scene ? ledger_.find(i, system) : nullptr;
     accounted.push_back(&scene == &origin_->scene && (known || system.step_count() == 0));

@@ -8,6 +8,16 @@
 #include "core/particles/springs/springs.h"
 
 namespace sim::study {
+namespace {
+
+// Steps from one look at the power to the next, so that looks at large systems take little time.
+std::int64_t by_size(const Simulation& system) {
+  constexpr int kParticlesPerStep = 2048;
+  return std::clamp(system.particles() / kParticlesPerStep, 1, 16);
+}
+
+}  // namespace
+
 EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
     : system_(&system), start_(system.energy()), steps_(steps) {
   const ParticleSystem& particles = *particles_of(system);
@@ -16,17 +26,16 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   acting_.reserve(working_.size());
   kinematic_ = moves_pinned_ = !particles.prescribed().empty();
   driven_ = system.constraint_system() && system.constraint_system()->constraints().move();
+  moved_by_colliders_ = particles.contacts().move();
   damped_ = particles.has_damping() || !working_.empty() || driven_ || kinematic_;
   if (damped_) sums_ = Array(Layout(system.particles(), 3).size());
   confined_ = acts_between_steps(system);
   broken_before_ = system.settings().broken_energy;
   slept_before_ = system.sleep().taken;
   contact_before_ = {-system.contact_work().lost, -system.contact_work().given};
-  constexpr int kParticlesPerStep = 2048;
-  stride_ = std::clamp(system.particles() / kParticlesPerStep, 1, 16);
+  stride_ = by_size(system);
   // Work of forces is sampled at 2 % of the cost of the run but at least 200 times, or at up to 25
   // % if fewer samples do not determine it.
-  moved_by_colliders_ = particles.contacts().move();
   constexpr std::int64_t kLooks = 200, kShare = 50, kMostShare = 4;
   const std::int64_t each = std::max(1, system.integrator_info().evaluations);
   least_ = most_ = stride_;
@@ -37,6 +46,10 @@ EnergyBalance::EnergyBalance(Simulation& system, std::int64_t steps)
   start_potential_ = potential();
   if (damped_) work_.look(system.t(), power());
   in_play_ = start_.kinetic;
+}
+
+void EnergyBalance::end_anywhere() {
+  stride_ = most_ = least_ = std::min(least_, by_size(*system_));
 }
 
 void EnergyBalance::touched(double energy) {

@@ -25,6 +25,9 @@ class EnergyBalance {
   void advance(std::int64_t steps = 1);
   std::int64_t due() const;  // steps until the present state is wanted again
 
+  // Says that the run may end at any step: the work of forces is then sampled as in a short one.
+  void end_anywhere();
+
   // Called after a user's action at the present state, which changed the energy by so many J at
   // once: that counts as the start; the user's pull from now on is work, like that of any force.
   void touched(double energy);
@@ -34,11 +37,11 @@ class EnergyBalance {
 
   bool has_drag() const { return damped_; }  // of particles or of springs, or forces do work
   bool has_work() const { return driven_ || !working_.empty(); }  // of other forces
+  // The same, or motion that is given: of particles, rods or colliders.
+  bool is_driven() const { return has_work() || moves_pinned_ || moved_by_colliders_; }
   double taken() const;  // W up to the present state, with that of earlier parts, J
   // The numbers from which W is continued later, bit for bit.
   std::vector<double> memory() const;
-  // The same, or motion that is given: of particles, rods or colliders.
-  bool is_driven() const { return has_work() || moves_pinned_ || moved_by_colliders_; }
   bool recall(std::span<const double> memory);
   ContactWork contact() const;                                                 // J
   double uncertainty() const { return has_drag() ? work_.uncertainty() : 0; }  // of W, J

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "tests/cli/program.h"
+#include "tests/lua/scene_text.h"
 #include "tests/support/temporary.h"
 
 using namespace sim_test;
@@ -105,6 +106,24 @@ TEST_CASE("repl: steps, runs and times, as sim takes them") {
   CHECK(until.out == "20\n0.125\n");
   CHECK(output("run_until(function() return taken() >= 30 end)\ntaken()\n") == "30\n");
   CHECK(output(".sw\n", {"-e", "t()"}) == "0.0\n");
+}
+
+// A force that jumps at 1 s: its work is known in steps that are looked at one by one.
+TEST_CASE("repl: the work of forces is the same in a run and until something happens") {
+  const sim::test::SceneFolder folder;
+  const std::string kick = folder.write(
+      "kick.lua",
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\np:pin(p:add {0, 0, 0})\n"
+      "p:add {1, 0, 0}\nreturn sim.scene { particles = p, forces = {\n"
+      "sim.force.spring { stiffness = 100, ties = { {0, 1} } },\n"
+      "sim.force.expression { fx = 'if(t>1, 20, 0)' }, sim.force.drag { k = 2 } },\n"
+      "integrator = 'rk4', dt = 0.01, duration = 6 }\n");
+  const std::string told = "print(energy().work, energy().drift)\n";
+  const Outcome until = session(".until t() >= 1.075\n" + told, {kick});
+  const Outcome run = session(".run 1.08\n" + told, {kick});
+  CHECK(until.out == run.out);
+  CHECK(until.out.starts_with("-1.00"));
+  CHECK(until.err.find("energy fell") == std::string::npos);
 }
 
 TEST_CASE("repl: what one verb prints in sim the same prints here") {

@@ -26,7 +26,8 @@ class Track {
   Track(const SystemSpec& spec, Simulation& system, std::int64_t steps, std::int64_t frame_stride,
         std::int64_t row_stride, Registry* registry = nullptr);
   void set_start(double total) { start_ = {0, total}; }  // the drift counts from that, in J
-  void end_at(double time);           // the last step ends there, before its own end
+  void end_at(double time);                         // the last step ends there, before its own end
+  void end_anywhere() { monitor_.end_anywhere(); }  // at any step: what happens ends it
   int advance(std::int64_t most);     // as Simulation::steps, with the last one shortened
   std::optional<double> cut() const;  // s, where the next step has to end, if that is a shorter one
   void continue_from(double total, std::span<const double> work);  // that of a first part, if known

@@ -90,6 +90,9 @@ class Monitor {
   double work() const { return balance_ ? balance_->taken() : 0; }  // by drag so far, J
   // Called after a user changed the energy by so much, in J; see EnergyBalance.
   void touched(double energy);
+  void end_anywhere() {  // at any step, see EnergyBalance
+    if (balance_) balance_->end_anywhere();
+  }
   // Samples the present state, at intervals; `energy` in a second-order system only.
   void look(const Energy* energy);
 
