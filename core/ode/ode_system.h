@@ -91,6 +91,8 @@ class OdeSystem {
   // True if some states are not allowed, as a particle within an obstacle. Steppers of the system
   // then keep to the allowed ones by themselves; others are refused when they are made.
   virtual bool has_inequalities() const noexcept { return false; }
+  // True if something acts between steps: methods with steps of their own do not fit.
+  virtual bool is_changed_between_steps() const noexcept { return false; }
   // Projects a state that is nearly allowed onto the allowed ones if these are a manifold in the
   // space of states, as for particles on rods: methods without steppers of the system call it at
   // the ends of their steps. False if that fails.
@@ -105,9 +107,7 @@ class OdeSystem {
   virtual StepEnd end_step(double t, double h, const double* /*x*/, double* x_next) {
     return project(t + h, x_next) ? StepEnd::kAccepted : StepEnd::kNotAllowed;
   }
-  virtual bool had_impact() const {
-    return false;
-  }                                             // in that step: others before it are no history
+  virtual bool had_impact() const { return false; }  // in that step: before it is no history
   virtual Events* events() { return nullptr; }  // for methods that cut their steps; null: none
   // The reason why the last step found no allowed state; empty if it found one.
   virtual std::string refusal() const { return {}; }

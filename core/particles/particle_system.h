@@ -41,6 +41,8 @@ class ParticleSystem final : public OdeSystem, public Particles {
   bool has_inequalities() const noexcept override {
     return !contacts().empty() || constraint_system_;
   }
+  bool is_changed_between_steps() const noexcept override { return changed_between_steps_; }
+  void set_changed_between_steps(bool changed) { changed_between_steps_ = changed; }
   bool project(double t, double* x) override;
   const double* begin_step(double t, double h, const double* x, bool again) override;
   StepEnd end_step(double t, double h, const double* x, double* x_next) override;
@@ -87,6 +89,7 @@ class ParticleSystem final : public OdeSystem, public Particles {
   const std::shared_ptr<const Reordering>& reordering();
 
   std::vector<std::pair<const Force*, bool>> stiff_;
+  bool changed_between_steps_ = false;
   std::vector<std::string> notes_;                // besides those of its parts
   std::unique_ptr<ParticleImpactEvents> events_;  // if steps end at impacts
   std::unique_ptr<ConstrainedImpactEvents>

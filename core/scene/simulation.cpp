@@ -233,6 +233,7 @@ void Simulation::Impl::make_integrator(const Settings& wanted, const SourceLocat
   try {
     auto method = wanted.method.make();
     const IntegratorInfo info = method->info();
+    if (particles) particles->set_changed_between_steps(!corrections.empty());
     if (particles && !info.adaptive && particles->cuts_steps(info.implicit, info.order))
       method = std::make_unique<CutSteps>(std::move(method));
     method->prepare(*system);

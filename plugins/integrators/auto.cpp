@@ -129,7 +129,9 @@ class Automatic final : public sim::Integrator {
     const bool known = choice != kNone && choice <= kRosenbrock && stored == memory[0] &&
                        (splits_ || (choice != kVerlet && choice != kPefrl)) &&
                        (flat_ || (choice != kMultistep && choice != kRosenbrock)) &&
-                       (choice != kRosenbrock || of_lists() == kRosenbrock);
+                       (choice != kRosenbrock || of_lists() == kRosenbrock) &&
+                       (!system_->is_changed_between_steps() || choice == kVerlet ||
+                        choice == kPefrl || choice == kClassic);
     const bool lengths = memory[1] > 0;
     const auto counts = memory.subspan(2, 4);
     if (!known || !lengths || std::ranges::any_of(counts, [](double n) { return !(n >= 0); }))
@@ -349,10 +351,17 @@ class Automatic final : public sim::Integrator {
       longest_ = std::min(h, kShareOfLimit * limit);
       if (std::isfinite(limit)) what += ", stable up to " + number(limit) + " s";
     };
+    const bool backwards = h * fastest.damping <= kMostDamping;
+    const Choice equal = !splits_ ? kClassic : tol_ < kCoarse && backwards ? kPefrl : kVerlet;
     if (system_->has_inequalities()) {
       take(splits_ ? kVerlet : kClassic);
       what += ", not all states are allowed";
       stay_below_limit();
+    } else if (system_->is_changed_between_steps()) {
+      take(equal);
+      what += ", contact acts between steps";
+      stay_below_limit();
+      shorten_for_accuracy(t, h, x, what);
     } else if (h * fastest.rate > (few ? kFlatStiffest : kStiffest) && tol_ >= kImplicit &&
                hold_ <= 0 && !(decays && grows)) {
       // Formulas of order 3 and more are unstable along a part of the imaginary axis.
@@ -365,8 +374,7 @@ class Automatic final : public sim::Integrator {
       if (!splits_) what += ", first order or forces of velocity";
       what += ", accuracy " + number(tol_);
     } else {
-      const bool backwards = h * fastest.damping <= kMostDamping;
-      take(tol_ < kCoarse && backwards ? kPefrl : kVerlet);
+      take(equal);
       stay_below_limit();
       shorten_for_accuracy(t, h, x, what);
     }
@@ -421,6 +429,7 @@ SIM_PLUGIN(Integrator, "auto") {
       "omega, gamma: of the fastest mode, at the start and every 2000 evaluations;\n"
       "              after 500 and 1000 for explicit steps of at most 16 numbers\n"
       "colliders:                verlet; rk4 with forces of velocity\n"
+      "contact between steps:    verlet, pefrl as below; rk4 with forces of velocity\n"
       "stiff (h omega > 200):    esdirk43 to tol, or 1e-5 where tol is more,\n"
       "                          until its steps come below 50 / omega\n"
       "lists of numbers whose fastest mode decays, nothing grows nearly as fast, stiff,\n"

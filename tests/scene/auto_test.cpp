@@ -77,6 +77,39 @@ TEST_CASE("auto chooses by stiffness, damping, accuracy and order") {
   CHECK_THAT(choice(make_falling(1, 0), registry, 0.1), Contains("nothing vibrates"));
 }
 
+// Contact of surfaces acts at the ends of steps.
+TEST_CASE("auto keeps to steps of the given size where contact acts between them") {
+  const std::string text =
+      "local p = sim.particles {}\n"
+      "local cloth = p:add_grid { 4, 4, origin = {-0.15, 0.2, -0.15}, du = {0, 0, 0.1},\n"
+      "  dv = {0.1, 0, 0}, mass = 0.005 }\n"
+      "local floor = p:add_grid { 3, 3, origin = {-0.5, 0, -0.5}, du = {0, 0, 0.5},\n"
+      "  dv = {0.5, 0, 0}, mass = 0.005 }\n"
+      "for i = 0, 2 do for j = 0, 2 do p:pin(floor:id(i, j)) end end\n"
+      "local upper, lower = sim.surface { grid = cloth }, sim.surface { grid = floor }\n"
+      "local springs = sim.force.spring { stiffness = sim.arg(\"k\", 50, \"N/m\"), grid = cloth,\n"
+      "  offsets = {{0, 1}, {1, 0}} }\n"
+      "local forces = { sim.force.gravity {}, springs }\n"
+      "if sim.arg(\"wind\", 0, \"m/s\") > 0 then\n"
+      "  forces[3] = sim.force.wind { surface = upper, velocity = {3, 0, 0} }\n"
+      "end\n"
+      "return sim.scene { particles = p, forces = forces, integrator = \"rk4\", dt = 0.001,\n"
+      "  contact = sim.contact { surfaces = { upper, lower }, thickness = 0.01 }, duration = 1 }\n";
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  const auto chosen = [&](const sim::test::Settings& settings, double tol) {
+    const sim::SceneSpec spec = sim::test::load_text(text, settings);
+    sim::Simulation simulation(spec.systems[0], registry,
+                               {.integrator = {"auto", {{"tol", tol}}}, .dt = 0.001});
+    CHECK_FALSE(simulation.integrator_info().adaptive);
+    CHECK(simulation.step());
+    return reason(simulation);
+  };
+  CHECK_THAT(chosen({}, 1e-9), Contains("auto: pefrl") && Contains("contact acts between steps"));
+  CHECK_THAT(chosen({}, 1e-2), Contains("auto: verlet"));
+  CHECK_THAT(chosen({{"k", "1e9"}}, 1e-2), Contains("auto: verlet") && Contains("stable up to"));
+  CHECK_THAT(chosen({{"wind", "3"}}, 1e-5), Contains("auto: rk4"));
+}
+
 TEST_CASE("auto takes bdf or rodas4 for fields that decay, as soon as it pays") {
   sim::Registry registry = make_registry();
   // x' = -rate x in each of n numbers, or a rotation with that rate.
