@@ -34,7 +34,9 @@ std::string rest_text(const study::Rest& rest) {
          (rest.effort.newton > 0 ? ", " + std::to_string(rest.effort.newton) + " of Newton's method"
                                  : std::string()) +
          (rest.broke > 0 ? "; " + std::to_string(rest.broke) + " springs or rods broke on the way"
-                         : std::string());
+                         : std::string()) +
+         (rest.at_this_time ? "; forces depend on time: this is for t = " + brief(rest.t) + " s"
+                            : std::string());
 }
 
 }  // namespace sim::report

@@ -2,18 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/error.h"
 #include "core/base/finite.h"
+#include "core/base/noise.h"
 #include "core/base/stopwatch.h"
 #include "core/base/text.h"
-#include "core/particles/particles.h"
+#include "core/particles/particle_system.h"
 #include "core/study/accuracy/trajectory.h"
 #include "core/study/limits/spectrum.h"
 #include "core/study/limits/step_limit.h"
 
 namespace sim::study {
 namespace {
+
+constexpr double kNearly = 1e-6;  // of the forces in play: what may be left of them
 
 // Visits the numbers of a part of X by item and component.
 template <class Visit>
@@ -48,6 +52,63 @@ double measure_forces(const Simulation& simulation, double& in_play) {
   return most;
 }
 
+// N, the largest difference of the force on a free particle from x to other places or times.
+double largest_change(Simulation& simulation, double t, const double* x, double other_t,
+                      const double* other_x) {
+  OdeSystem& system = simulation.ode();
+  const std::span<const double> masses = dynamic_cast<const Particles&>(system).masses();
+  Array at(system.size()), slope(system.size()), other(system.size());
+  system.eval(t, {x, {}}, at.data(), slope.data());
+  system.eval(other_t, {other_x, {}}, at.data(), other.data());
+  const StatePart& velocity = *simulation.shape().find("velocity");
+  double most = 0;
+  for (std::size_t i = 0; i < velocity.count; ++i) {
+    if (!std::isfinite(masses[i])) continue;
+    for (std::size_t axis = 0; axis < velocity.components.size(); ++axis) {
+      const std::size_t k = velocity.at(i, axis);
+      most = std::max(most, masses[i] * std::fabs(other[k] - slope[k]));
+    }
+  }
+  return most;
+}
+
+// N, what roundings of all coordinates change of the forces: those that are no larger are none.
+double rounding_of_forces(Simulation& simulation) {
+  constexpr double kRoundings = 16;  // which the elements at a particle add up
+  const std::span<const double> now = simulation.state();
+  std::vector<double> moved(now.begin(), now.end());
+  double most = scene_size(simulation);
+  const StatePart& place = simulation.shape().first();
+  const auto each = [&](const auto& visit) {
+    for (std::size_t i = 0; i < place.count; ++i)
+      for (std::size_t axis = 0; axis < place.components.size(); ++axis)
+        visit(moved[place.at(i, axis)]);
+  };
+  each([&](double& number) { most = std::max(most, std::fabs(number)); });
+  const double move = std::numeric_limits<double>::epsilon() * most;
+  Noise noise;
+  each([&](double& number) { number += noise.next() > 0 ? move : -move; });
+  const double t = simulation.t();
+  return kRoundings * largest_change(simulation, t, now.data(), t, moved.data());
+}
+
+// True if forces on the present state are others at other times of the scene.
+bool depends_on_time(Simulation& simulation, double in_play) {
+  constexpr int kTimes = 16;
+  constexpr double kUnknown = 1;  // s, of a scene without a duration
+  if (!dynamic_cast<const ParticleSystem&>(simulation.ode()).prescribed().empty()) return true;
+  const double duration = simulation.duration() > 0 ? simulation.duration() : kUnknown;
+  const double allowed = std::max(kNearly * in_play, rounding_of_forces(simulation));
+  const double t = simulation.t();
+  const double* const x = simulation.state().data();
+  Noise noise;
+  for (int i = 0; i < kTimes; ++i) {
+    const double later = t + duration * (i + noise.next() + 0.5) / kTimes;
+    if (largest_change(simulation, t, x, later, x) > allowed) return true;
+  }
+  return false;
+}
+
 constexpr double kUnbound = 1000;  // sizes of the scene: nothing that is held goes so far
 constexpr double kAfar = 1e30;     // m
 
@@ -58,19 +119,25 @@ Vec3 displacement(const StatePart& positions, std::size_t i, const double* x, co
   return moved;
 }
 
-// A motion that nothing holds, of all particles that went half as far as any; empty if none went
-// further than `far`, m.
-std::string free_motion(const StateShape& shape, const double* x, const double* start, double far) {
+// A motion that nothing holds, of all free particles that went half as far as any; empty if none
+// went further than `far`, m.
+std::string free_motion(const Simulation& simulation, const double* x, const double* start,
+                        double far) {
+  const StatePart& positions = simulation.shape().first();
+  const auto way_of = [&](std::size_t i) {
+    if (simulation.pinned(static_cast<int>(i))) return 0.0;
+    const double way = displacement(positions, i, x, start).norm();
+    return std::isnan(way) ? 0.0 : way;
+  };
   double most = 0;
-  for (std::size_t i = 0; i < shape.first().count; ++i)
-    most = larger_error(displacement(shape.first(), i, x, start).norm(), most);
+  for (std::size_t i = 0; i < positions.count; ++i) most = std::max(most, way_of(i));
   if (most <= far) return "";
   std::size_t first = 0;
   int count = 0;
   Vec3 way = Vec3::Zero();
-  for (std::size_t i = shape.first().count; i-- > 0;) {
-    const Vec3 moved = displacement(shape.first(), i, x, start);
-    if (!(moved.norm() >= 0.5 * most)) continue;
+  for (std::size_t i = positions.count; i-- > 0;) {
+    const Vec3 moved = displacement(positions, i, x, start);
+    if (!(way_of(i) >= 0.5 * most)) continue;
     first = i;
     ++count;
     for (int axis = 0; axis < 3; ++axis)  // may be infinite
@@ -200,7 +267,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   const Stopwatch watch;
   const auto& particles = dynamic_cast<const Particles&>(simulation.ode());
   const Snapshot begin = simulation.snapshot();
-  const double size = scene_size(simulation);
+  const double size = scene_size(simulation), rounding = rounding_of_forces(simulation);
   const SearchSteps h = search_steps(simulation, rough);
   const auto halt = [&](Snapshot& state) {
     each_number(simulation.shape(), "velocity", [&](std::size_t i) { state.x[i] = 0; });
@@ -214,6 +281,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
     return simulation.snapshot();
   };
   Rest rest;
+  rest.t = simulation.t();
   rest.force = HUGE_VAL;
   Snapshot state = go_on_from(begin, h.first), best = state;
   double kinetic = -1;
@@ -261,7 +329,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
       rest.in_play = 0;
       measure_forces(simulation, rest.in_play);
       if (good_since < 0 && force <= good * rest.in_play) good_since = steps;
-      if (force <= kFound * rest.in_play) {
+      if (force <= std::max(kFound * rest.in_play, rounding)) {
         rest.found = true;
         break;
       }
@@ -270,8 +338,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
     if (now > kinetic) {
       kinetic = now;
       if (steps % 1000 == 0)
-        away = free_motion(simulation.shape(), simulation.state().data(), begin.x.data(),
-                           kUnbound * size);
+        away = free_motion(simulation, simulation.state().data(), begin.x.data(), kUnbound * size);
       continue;
     }
     state = simulation.snapshot();
@@ -288,6 +355,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
   rest.broke = broken(simulation) - static_cast<int>(begin.settings->broken.size());
   rest.found =
       rest.found || (rest.why.empty() && away.empty() && rest.force <= good * rest.in_play);
+  rest.at_this_time = depends_on_time(simulation, rest.in_play);
   if (!rest.found && rest.why.empty()) explain(rest, away, 0, idle > kIdle);
   return rest;
 }
@@ -296,7 +364,7 @@ Rest by_kinetic_damping(Simulation& simulation, const std::function<bool()>& sto
 
 Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   constexpr int kNewtonSteps = 200, kIdle = 4;
-  constexpr double kShrink = 0.25, kEnough = 1e-14, kNearly = 1e-6;
+  constexpr double kShrink = 0.25, kEnough = 1e-14;
   check(simulation);
   if (rests_on_contact(simulation)) return by_kinetic_damping(simulation, stop);
   OdeSystem& system = simulation.ode();
@@ -315,11 +383,17 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   std::ranges::copy(x.span(), best.data());
 
   Rest rest;
+  rest.t = simulation.t();
+  std::ranges::copy(x.span(), snapshot.x.begin());
+  simulation.restore(snapshot);
+  const double rounding = rounding_of_forces(simulation);
+  const bool rests = measure_forces(simulation, rest.in_play) <= rounding;
   double least = largest_acceleration(simulation, x.data(), at, slope), scale = least;
   double h = 10 * simulation.h();
   int idle = 0, refused = 0;
   system.stop_when(stop);
-  for (int step = 0; step < kNewtonSteps && least > kEnough * scale && idle < kIdle; ++step) {
+  int left = rests ? 0 : kNewtonSteps;
+  for (; left > 0 && least > kEnough * scale && idle < kIdle; --left) {
     if (stop && stop()) {
       rest.why = "interrupted";
       break;
@@ -355,14 +429,16 @@ Rest come_to_rest(Simulation& simulation, const std::function<bool()>& stop) {
   rest.effort = solver->effort();
   rest.effort.steps = steps;
   rest.potential = simulation.energy().potential;
+  rest.in_play = 0;
   rest.force = measure_forces(simulation, rest.in_play);
-  rest.found = rest.why.empty() && rest.force <= kNearly * rest.in_play;
+  rest.found = rest.why.empty() && rest.force <= std::max(kNearly * rest.in_play, rounding);
+  rest.at_this_time = depends_on_time(simulation, rest.in_play);
   if (rest.found && overloads(simulation)) {
     simulation.restore(begin);
     return by_kinetic_damping(simulation, stop);
   }
   if (!rest.found && rest.why.empty())
-    explain(rest, free_motion(simulation.shape(), x.data(), start.data(), kUnbound * size_at_start),
+    explain(rest, free_motion(simulation, x.data(), start.data(), kUnbound * size_at_start),
             refused, idle == kIdle);
   return rest;
 }

@@ -28,6 +28,42 @@ TEST_CASE("sim rest says what force is left, as words, as JSON and as a table") 
   CHECK_THAT(table.err, Catch::Contains("at rest"));
 }
 
+// Springs of their rest lengths leave forces of roundings; nothing else is in play.
+TEST_CASE("a scene that nothing strains is at rest as it is") {
+  const sim::test::SceneFolder folder;
+  const auto triangle = [&](const std::string& pins) {
+    return folder.write(
+        "triangle.lua",
+        "local sim = require 'sim'\nlocal p = sim.particles {}\np:add {0, 0, 0}\n"
+        "p:add {0.1, 0, 0}\np:add {0.03, 0.1, 0}\n" +
+            pins +
+            "return sim.scene { particles = p, forces = { sim.force.spring { stiffness = 2000,"
+            " ties = { {0, 1}, {0, 2}, {1, 2} } } }, integrator = 'verlet', dt = 1e-3,"
+            " duration = 1 }\n");
+  };
+  for (const std::string pins : {"", "p:pin(0)\n", "p:pin(0, 1)\n"}) {
+    INFO(pins);
+    const Outcome rest = run_sim({"rest", triangle(pins)});
+    INFO(rest.err);
+    CHECK(rest.code == 0);
+    CHECK_THAT(rest.out, Catch::StartsWith("at rest: ") && !Catch::Contains("depend on time"));
+  }
+}
+
+TEST_CASE("rest under forces of time is said to be that of the present") {
+  const sim::test::SceneFolder folder;
+  const std::string kick = folder.write(
+      "kick.lua",
+      "local sim = require 'sim'\nlocal p = sim.particles { mass = 1 }\np:pin(p:add {0, 0, 0})\n"
+      "p:add {1, 0, 0}\nreturn sim.scene { particles = p, forces = {\n"
+      "sim.force.spring { stiffness = 100, ties = { {0, 1} } }, sim.force.gravity {},\n"
+      "sim.force.expression { fx = 'if(t>1, 20, 0)' } }, integrator = 'rk4', dt = 0.01,\n"
+      "duration = 6 }\n");
+  CHECK_THAT(run_sim({"rest", kick}).out,
+             Catch::Contains("; forces depend on time: this is for t = 0 s"));
+  CHECK_THAT(run_sim({"rest", "scenes/cloth.lua"}).out, !Catch::Contains("depend on time"));
+}
+
 TEST_CASE("a run from rest stays there") {
   const Outcome run = run_sim({"scenes/cloth.lua", "--from-rest", "-n", "50"});
   CHECK(run.code == 0);
