@@ -52,6 +52,7 @@ class RefinedRun {
              std::span<const double> x, Plan plan);
 
   Simulation& system() { return system_; }
+  const Simulation& system() const { return system_; }
   const Plan& plan() const { return plan_; }
 
   // Advances to the next sample of the run. False if a step fails or `stop` says so; it may

@@ -383,7 +383,8 @@ std::optional<StepDoubling::Differences> StepDoubling::coarser(
 // method: friction or a kink lower it. A p near 0, for differences that do not shrink with the
 // step, leaves a factor of kMostFactor. In contact C changes from step to step: either difference
 // may be small by chance, so that the larger error counts, twice, and with a tolerance three times;
-// if the second is much smaller, half the step of the refined run is tried as well.
+// if the second is much smaller, half the step of the refined run is tried as well. Likewise a
+// tenth of its tolerance: steps that grow only where that pays may be the same with a tenth.
 double StepDoubling::error_factor(const RefinedRun& shadow,
                                   const std::function<bool()>& stop) const {
   constexpr double kMostFactor = 4, kNearly = 0.75, kUnlikely = 3;
@@ -408,12 +409,15 @@ double StepDoubling::error_factor(const RefinedRun& shadow,
     const double p = 0.5 * (low + high);
     (ratio(p) < far ? low : high) = p;
   }
-  if (!contact.any) return factor(low);
-  const double told = std::min(by_chance * factor(low), kMostFactor);
-  if (!(far > kUnlikely * ratio(order)))
+  const bool unlikely = far > kUnlikely * ratio(order);
+  if (!contact.any && !(unlikely && info.adaptive)) return factor(low);
+  const double told = contact.any ? std::min(by_chance * factor(low), kMostFactor) : factor(low);
+  if (!unlikely)
     return std::max(
         told, by_chance * seen->coarser / seen->anywhere / (elementary::pow(coarser, low) - 1));
-  RefinedRun finest = make_refined_run({.steps_per_step = 2 * shadow.plan().steps_per_step});
+  RefinedRun::Plan finer_still{.steps_per_step = 2 * shadow.plan().steps_per_step};
+  if (!contact.any) finer_still.method = sharper(shadow.system().settings().method);
+  RefinedRun finest = make_refined_run(std::move(finer_still));
   follow(finest, shadow.path().size() + 1, stop);
   double most = seen->anywhere;
   for (std::size_t k = 1; k <= finest.path().size(); ++k)
