@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/scene/simulation.h"
+#include "tests/lua/scene_text.h"
 #include "tests/study/judged_run.h"
 #include "tests/support/scenes.h"
 
@@ -61,6 +62,42 @@ TEST_CASE("a pulse that no step has seen is found, one that was seen is not comp
 
 // A spring draws a mass after a target that moves for a while. Steps near their limit are as wrong
 // as if they had not felt it.
+// A hook that jerks for 0.7 ms, and a ball that leaps out for as long, between steps of 10 ms; and
+// both as slow as steps can follow.
+TEST_CASE("a given motion that no step has seen is found, one that was seen is not complained of") {
+  const std::string led =
+      "local w = sim.arg(\"w\", 1e-4, \"s\")\n"
+      "local far = sim.arg(\"far\", 20, \"m\")\n"
+      "local p = sim.particles { mass = 1 }\nlocal a, b = p:add {0, 0, 0}, p:add {1, 0, 0}\n"
+      "p:prescribe(a, function(t) return {far*\n"
+      "  math.exp(-((t - 2.0013)/w)^2), 0, 0} end)\n"
+      "return sim.scene { particles = p, forces = { sim.force.spring { stiffness = 100, rest = 1,\n"
+      "  ties = {{a, b}} } }, integrator = \"rk4\", dt = 0.01, duration = 10 }\n";
+  const std::string pushed =
+      "local w = sim.arg(\"w\", 4e-4, \"s\")\nlocal far = sim.arg(\"far\", 0.8, \"m\")\n"
+      "local p = sim.particles { mass = 1 }\np:add {0, 0, 0}\np:add {3, 0, 0}\n"
+      "local ball = sim.collider.sphere { radius = 0.5, center = {-1, 0, 0}, motion =\n"
+      "  function(t) return {-1 + far*math.exp(-((t - 2.0013)/w)^2), 0, 0} end }\n"
+      "return sim.scene { particles = p, colliders = {ball}, forces = {},\n"
+      "  integrator = \"verlet\", dt = 0.01, duration = 5 }\n";
+  for (const std::string& text : {led, pushed}) {
+    const bool of_ball = text == pushed;
+    for (const std::string method : {"verlet", "rk4", "dopri5"}) {
+      INFO(method << (of_ball ? ", ball" : ", hook"));
+      const sim::SceneSpec scene = sim::test::load_text(text);
+      const std::int64_t steps = of_ball ? 500 : 1000;
+      const Judged missed = judged(scene.systems[0], {.integrator = method}, steps);
+      CHECK(missed.verdict.trust == Trust::kSuspect);
+      CHECK(missed.deviation.missed_at == Approx(2.0013).margin(5e-3));
+      const sim::SceneSpec slow =
+          sim::test::load_text(text, {{"w", "0.3"}, {"far", of_ball ? "0.45" : "0.2"}});
+      const Judged seen = judged(slow.systems[0], {.integrator = method}, steps);
+      INFO(seen.verdict.reason);
+      CHECK(std::isnan(seen.deviation.missed_at));
+    }
+  }
+}
+
 TEST_CASE("a pull that lasts for several steps is not said to be unseen") {
   struct Pull {
     double omega, speed, share;

@@ -144,7 +144,7 @@ std::optional<std::vector<double>> StepDoubling::resolved(std::size_t frame, int
 }
 
 void StepDoubling::look_for_pulses(RunDeviation& result, double allowed) const {
-  if (!may_jump_ || frames_.size() < 2) return;
+  if ((!may_jump_ && !given_motion_) || frames_.size() < 2) return;
   RefinedRun fresh = make_refined_run(plan(double(frames_.back().at.step - start_.step)));
   look_for_pulses(fresh.system(), allowed, result);
 }
@@ -234,7 +234,8 @@ std::vector<StepDoubling::Pulse> StepDoubling::find_pulses(OdeSystem& system) co
 // known error covers the smallest. A velocity that is lacking moves a particle until the end; that
 // of pulses which were missed is added to the error, or they are named if it is too large.
 void StepDoubling::look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const {
-  if (!may_jump_) return;
+  if (given_motion_) look_for_leaps(shadow, allowed, result);
+  if (!may_jump_ || !std::isnan(result.missed_at)) return;
   constexpr double kMissed = 0.5;     // of a pulse
   constexpr std::size_t kFewest = 4;  // pulses
   // A fine step at either end of a pulse may take it for a step shorter or longer.

@@ -11,6 +11,9 @@ namespace sim::study {
 // True if f has parts that may depend on time.
 bool may_have_pulses(Simulation& run);
 
+// True if particles or colliders move as functions of time.
+bool has_given_motion(Simulation& run);
+
 // The numbers of X whose rates of change are forces or right-hand sides.
 std::vector<std::size_t> driven_numbers(const Simulation& run);
 

@@ -32,7 +32,9 @@ Finding finding_of(const RunDeviation& deviation, const Simulation& run) {
       break;
   }
   if (!std::isnan(deviation.missed_at))
-    return {Trust::kSuspect, std::string(run.second_order() ? "a force" : "the right-hand side") +
+    return {Trust::kSuspect, std::string(deviation.missed_motion ? "a given motion"
+                                         : run.second_order()    ? "a force"
+                                                                 : "the right-hand side") +
                                  " has a pulse near t = " + brief(deviation.missed_at, 4) +
                                  " s that no step has seen"};
   if (!std::isnan(deviation.others_broke_at))

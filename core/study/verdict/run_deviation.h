@@ -43,6 +43,7 @@ struct RunDeviation {
   std::vector<ObservedDeviation> observed{};  // of each observer of the scene
   std::vector<OtherFigures> figures{};        // as StepDoubling::judge() asked
   double missed_at = std::nan("");  // s, of a value of the right-hand side that no step has seen
+  bool missed_motion = false;       // ... or of the motion of a prescribed particle or collider
 
   double others_broke_at = std::nan("");  // s, from when on the shadow has other broken ties
 

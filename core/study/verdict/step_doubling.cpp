@@ -80,6 +80,7 @@ StepDoubling::StepDoubling(const SystemSpec& spec, Simulation& run, std::int64_t
   constexpr std::int64_t kLooks = 100;
   stride_ = std::max<std::int64_t>(1, kLooks / static_cast<std::int64_t>(most));
   may_jump_ = may_have_pulses(run);
+  given_motion_ = has_given_motion(run);
 }
 
 void StepDoubling::look(const Energy* energy, std::span<const double> observed) {
@@ -90,7 +91,8 @@ void StepDoubling::look(const Energy* energy, std::span<const double> observed) 
   if (looks_++ % stride_ != 0 && run_->step_count() != last_step_) return;
   frames_.push_back({{run_->step_count(), run_->t()},
                      {positions(*run_), energy ? energy->total() : std::nan(""),
-                      may_jump_ ? state_of(*run_) : std::vector<double>(), run_->settings().broken},
+                      may_jump_ || given_motion_ ? state_of(*run_) : std::vector<double>(),
+                      run_->settings().broken},
                      0,
                      {observed.begin(), observed.end()}});
   if (run_->flat()) frames_.back().largest = largest_number(frames_.back().seen.x);

@@ -46,14 +46,14 @@ class StepDoubling {
   // states compared until then.
   RunDeviation compare(const std::function<bool()>& stop, ComparisonEffort effort = {});
 
-  // Searches for forces that depend on time alone and acted between all steps, as compare() does,
-  // if they move anything by more than `allowed`.
+  // Searches for forces and motions that depend on time alone and acted between all steps, as
+  // compare() does, if they move anything by more than `allowed`.
   void look_for_pulses(RunDeviation& result, double allowed) const;
 
  private:
   struct Frame {
     Moment at;
-    Sight seen;      // with its state, where forces may be pulses
+    Sight seen;      // with its state, where forces or motions may be pulses
     double largest;  // of the numbers of a flat state
     std::vector<double> observed;
   };
@@ -96,6 +96,7 @@ class StepDoubling {
   double affordable() const;
   std::vector<Pulse> find_pulses(OdeSystem& system) const;
   void look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const;
+  void look_for_leaps(Simulation& shadow, double allowed, RunDeviation& result) const;
   // Records an error at that frame; returns the size of the scene there.
   double take_error(double error, const Frame& frame, RunDeviation& result) const;
   std::optional<std::vector<double>> resolved(std::size_t frame, int steps) const;
@@ -114,6 +115,7 @@ class StepDoubling {
   std::vector<Quantity> asked_;
   double in_play_ = 0, start_potential_ = 0;  // J
   bool may_jump_ = false;                     // f has parts that may depend on time
+  bool given_motion_ = false;                 // of particles or colliders
   std::unique_ptr<RefinedRunThread> beside_;
 };
 
