@@ -108,7 +108,7 @@ class OdeSystem {
     return project(t + h, x_next) ? StepEnd::kAccepted : StepEnd::kNotAllowed;
   }
   virtual bool had_impact() const { return false; }  // in that step: before it is no history
-  virtual Events* events() { return nullptr; }  // for methods that cut their steps; null: none
+  virtual Events* events() { return nullptr; }       // for methods that cut their steps; null: none
   // The reason why the last step found no allowed state; empty if it found one.
   virtual std::string refusal() const { return {}; }
 

@@ -313,32 +313,6 @@ TEST_CASE("the shadow of an adaptive run has a tenth of its tolerance") {
 
 // Two particles of 0.25 kg on a spring of 400 N/m swing at sqrt(3200) 1/s; each state of the run
 // has the spring at rest, those of the shadow in between have not.
-// The steps of bdf grow only where it pays by half: with a tenth of the tolerance they are nearly
-// the same at 1e-6, so that both runs have the same error.
-TEST_CASE("the error of a method of coarse step sizes is not told from the same steps again") {
-  const sim::SystemSpec spec =
-      make_field({1, 0}, [](double, std::span<const double> x, std::span<double> d) {
-        d[0] = x[1];
-        d[1] = -4 * x[0];
-      });
-  for (const double tol : {1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
-    INFO(tol);
-    const sim::RunOptions options{.integrator = {"bdf", {{"tol", tol}}}, .dt = 0.05};
-    const Judged found = judged(spec, options, 400, 400);
-    sim::Registry registry = make_registry();
-    sim::Simulation again(spec, registry, options);
-    double error = 0;
-    for (int n = 1; n <= 400; ++n) {
-      REQUIRE(again.step());
-      const double t = again.t();
-      error = std::max({error, std::abs(again.component(0) - std::cos(2 * t)),
-                        std::abs(again.component(1) + 2 * std::sin(2 * t))});
-    }
-    CHECK(found.deviation.error > error / 2);
-    CHECK(found.deviation.error < 5 * error);
-  }
-}
-
 TEST_CASE("a strain between the states of an adaptive run is seen, of any pair of particles") {
   const double rate = std::sqrt(3200.0), amplitude = 0.2 * 0.25;
   for (const std::size_t first : {0, 1}) {

@@ -385,8 +385,8 @@ std::optional<StepDoubling::Differences> StepDoubling::coarser(
 // method: friction or a kink lower it. A p near 0, for differences that do not shrink with the
 // step, leaves a factor of kMostFactor. In contact C changes from step to step: either difference
 // may be small by chance, so that the larger error counts, twice, and with a tolerance three times;
-// if the second is much smaller, half the step of the refined run is tried as well. Likewise a
-// tenth of its tolerance: steps that grow only where that pays may be the same with a tenth.
+// if the second is much smaller, half the step of the refined run is tried as well. A tenth of its
+// tolerance is tried likewise, as steps that grow only where that pays may be the same with that.
 double StepDoubling::error_factor(const RefinedRun& shadow,
                                   const std::function<bool()>& stop) const {
   constexpr double kMostFactor = 4, kNearly = 0.75, kUnlikely = 3;
