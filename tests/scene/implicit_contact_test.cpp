@@ -190,3 +190,19 @@ TEST_CASE("a plane that nothing comes near changes no bit of implicit methods") 
     CHECK(a.hash() == b.hash());
   }
 }
+
+// The slip of what lies in a gutter falls to 1e-160 m/s from step to step.
+TEST_CASE("a particle comes to rest in a rough gutter, and stays there") {
+  const double c = std::sqrt(0.5);
+  sim::Registry registry = make_registry();
+  for (const char* method : kImplicit) {
+    INFO(method);
+    sim::SystemSpec spec = make_particle(
+        {0, 0.5, 0}, {0, 0, 0}, make_part("plane", {{"normal", Vec3(c, c, 0)}, {"friction", 0.3}}));
+    spec.colliders.push_back(make_part("plane", {{"normal", Vec3(-c, c, 0)}, {"friction", 0.3}}));
+    sim::Simulation system(spec, registry, {.integrator = {method}, .dt = 0.005});
+    REQUIRE(run(system, 400));
+    CHECK(system.position(0).norm() < 1e-9);
+    CHECK(system.velocity(0).norm() < 1e-9);
+  }
+}

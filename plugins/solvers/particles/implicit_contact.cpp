@@ -252,11 +252,16 @@ void ImplicitContact::linearise_friction(Stage& stage, std::size_t index) {
       before + stage.reach * (velocity - before) - surface_velocity(held, end, place), normal);
   const bool turns_round =
       friction.drag > 0 && (last.dot(bound.friction) < 0 || slip.dot(friction.direction) < 0);
-  if (most > 0 && (turns_round || speed <= kAtRest * velocity.norm()) && turn(true)) return;
+  // A slip that friction could end so many times over is none, however slow all of it is.
+  const double mass = particles_->masses()[static_cast<std::size_t>(i)];
+  const double still = kAtRest * (velocity.norm() + most / mass);
+  if (most > 0 && (turns_round || speed <= still) && turn(true)) return;
   const Vec3 wanted = speed > 0 ? Vec3(most / speed * slip) : Vec3::Zero();
   if ((wanted - bound.friction).norm() > kFriction * most) again_ = true;
   if (speed == 0 || most == 0)
     friction = {};
+  else if (speed <= still)
+    friction = {most / still, Vec3::Zero(), 0, normal, carrier};
   else if (turns_round || (friction.drag > 0 && friction.size == 0))
     friction = {most / (turns_round ? kSlower * most / friction.drag : speed), Vec3::Zero(), 0,
                 normal, carrier};
