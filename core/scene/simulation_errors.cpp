@@ -51,7 +51,8 @@ bool Simulation::Impl::find_divergence(StepStatus status) {
       found.item = number.part->item;
       return false;
     });
-  if (finite && !(found.why = system->refusal()).empty()) {
+  if (finite || status == StepStatus::kNotAllowed) found.why = system->refusal();
+  if (finite && !found.why.empty()) {
     found.status = StepStatus::kNotAllowed;
     finite = false;
   }
