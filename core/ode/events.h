@@ -26,7 +26,8 @@ class Events {
   // end.
   virtual Outcome end(double t, double h, const double* x, double* x_next, bool cut) = 0;
 
-  static constexpr int kTries = 12;        // of meeting one event
+  static constexpr double kAtEnd = 1 - 1e-9;  // of a step, beyond which a state is that of its end
+  static constexpr int kTries = 12;           // of meeting one event
   static constexpr double kLonger = 1000;  // a next step at most, than one that ended at an event
   virtual void gave_up() = 0;              // there were more
   virtual void repeated() = 0;  // the step that just ended was taken before: it does not count

@@ -60,9 +60,14 @@ class ImpactEvents : public Events {
   // True where an edge is less than a gap that counts as none ahead. sample: at the place.
   static bool is_at_edge(const Collider& collider, double t, const Vec3& place,
                          const Vec3& velocity, const SurfaceSample& sample);
-  Outcome outcome(bool had_impact) const {
-    if (particles_->contacts().work_sums().over_constrained() >= 0) return Outcome::kNotAllowed;
+  Outcome outcome(bool had_impact) {
+    if (particles_->contacts().work_sums().over_constrained() >= 0) return refused();
     return had_impact ? Outcome::kImpact : Outcome::kSmooth;
+  }
+
+  Outcome refused() {
+    reported_work_.refused();
+    return Outcome::kNotAllowed;
   }
 
   Particles* particles_;

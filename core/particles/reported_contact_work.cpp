@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/ode/events.h"
+
 namespace sim {
 
 double ReportedContactWork::share(double t) const {
   const double part = length_ > 0 ? (t - from_) / length_ : 1;
-  return part > 1 - 1e-9 ? 1 : std::max(part, 0.0);
+  return part > Events::kAtEnd ? 1 : std::max(part, 0.0);
 }
 
 // Integrates a contact power that is linear in time.
@@ -60,6 +62,8 @@ void ReportedContactWork::forget_ahead() {
   forget();
   on_ = true;
 }
+
+void ReportedContactWork::refused() { steady_ = along_ = at_end_ = {}; }
 
 void ReportedContactWork::repeated() {
   work_sums_->take();

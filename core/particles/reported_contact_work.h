@@ -21,6 +21,7 @@ class ReportedContactWork {
   ContactWork take(double t);  // J since then, and shows t
   void forget();
   void forget_ahead();  // another course comes
+  void refused();       // the step that just ended is not taken
   void repeated();      // the step that just ended was taken before
 
   // Ends a step from t on: work entered until acted() acted along the step, and `steady` is its

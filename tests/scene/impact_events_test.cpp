@@ -260,6 +260,27 @@ TEST_CASE("the balance knows of a touch when it is shown, also after a step back
     }
 }
 
+// The second particle hits the wall at t = 0.2, which is the time of a state.
+TEST_CASE("a touch at the time of a state is in its velocities and in its balance, or in neither") {
+  sim::Registry registry = make_registry();
+  sim::SystemSpec spec =
+      make_particle({0, 0, 0}, {2, 0, 0.5}, make_part("plane", {{"friction", 0.3}}));
+  spec.particles->list.push_back({.position = {0, 0.5, 0}, .velocity = {2, 0, 0}, .mass = 1});
+  spec.colliders.push_back(make_part(
+      "plane", {{"normal", Vec3(-1, 0, 0)}, {"point", Vec3(0.4, 0, 0)}, {"friction", 0.3}}));
+  for (const char* method : kAdaptive) {
+    INFO(method);
+    sim::Simulation system(spec, registry, {.integrator = {method}, .dt = 0.005});
+    sim::study::EnergyBalance balance(system);
+    for (int n = 0; n < 100; ++n) {
+      REQUIRE(system.step());
+      balance.advance();
+      balance.look();
+    }
+    CHECK(std::abs(balance.error()) < 1e-6 * balance.in_play());
+  }
+}
+
 TEST_CASE("a shortened step counts what it touches") {
   const sim::SystemSpec spec =
       make_particle({0, 1, 0}, {0, 0, 0}, make_part("plane", {{"restitution", 0.8}}));

@@ -172,8 +172,20 @@ bool EmbeddedRungeKutta::end_at_event(double until) {
   const double least = 1e6 * std::numeric_limits<double>::epsilon() * std::fabs(t_);
   if (met)
     controller_.state.h = std::min(controller_.state.h, std::max(Events::kLonger * h_, least));
+  const EventSeries before = series_;
   series_.add(met, h_);
-  return events_->end(t_, h_, x_.data(), x_next_.data(), cut) != Events::Outcome::kNotAllowed;
+  const auto outcome = events_->end(t_, h_, x_.data(), x_next_.data(), cut);
+  if (outcome != Events::Outcome::kNotAllowed) return true;
+  if (!(t_ + h_ > until)) return false;
+  // The states up to the requested one may be allowed.
+  series_ = before;
+  h_ = until - t_;
+  events_->begin(t_, h_, x_.data());
+  stepper_->start(t_, x_.data());
+  ++effort_.evaluations;
+  try_step();
+  if (!estimate_needs_last()) close_step();
+  return end_at_event(until);
 }
 
 // Computes x_next and the error of the step, which is nan if x_next is not finite.
@@ -231,7 +243,7 @@ double EmbeddedRungeKutta::scaled_norm(const double* values, const double* x,
 // out := the state at t, which lies in the present step.
 void EmbeddedRungeKutta::interpolate(double t, double* out) {
   const double theta = (t - t_) / h_;
-  if (theta >= 1) {
+  if (theta >= 1 || (events_ && theta > Events::kAtEnd)) {
     std::copy(x_next_.data(), x_next_.data() + x_.size(), out);
     return;
   }

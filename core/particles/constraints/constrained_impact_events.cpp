@@ -217,7 +217,7 @@ Events::Outcome ConstrainedImpactEvents::end(double t, double h, const double* x
   if (allowed) return outcome(had_impact);
   if (constraint_system_->refusal().empty())
     constraint_system_->refuse("constraints and colliders: this step has no end");
-  return Outcome::kNotAllowed;
+  return refused();
 }
 
 // Lets go of particles that have slid over an edge. The work on them is that of the start.
