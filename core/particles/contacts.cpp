@@ -346,6 +346,33 @@ void Contacts::project(double t, double h, StepPath& path) const {
     path.shift(-end.gap * end.normal);
     path.touched = true;
   }
+  // The last collider may have pushed the particle into an earlier one.
+  const double rounding = 1e3 * slack(path.at(1));
+  if (path.touched && std::ranges::any_of(on_, [&](Collider* const collider) {
+        return collider->query(t + h, path.at(1)).gap < -rounding;
+      }))
+    push_end_out(t + h, path);
+}
+
+// Moves the end of a path out of all colliders by turns.
+void Contacts::push_end_out(double t, StepPath& path) const {
+  double deepest = -1;
+  for (int round = 0; round < kRounds && deepest < 0; ++round) {
+    deepest = 0;
+    for (Collider* const collider : on_) {
+      const SurfaceSample end = collider->query(t, path.sticking ? path.held : path.at(1));
+      if (!(end.gap < 0)) continue;
+      deepest = std::min(deepest, end.gap);
+      path.shift(-end.gap * end.normal);
+      path.resting = true;
+    }
+  }
+  path.over_constrained = deepest < -1e3 * slack(path.at(1));
+  if (!path.over_constrained) return;
+  const Vec3 before = path.sticking ? path.held : path.at(1);
+  Vec3 place = before;
+  path.over_constrained = !push_between(t, place);
+  path.shift(place - before);
 }
 
 void Contacts::resolve(double t, double h, StepPath& path) const {
@@ -378,18 +405,7 @@ void Contacts::resolve(double t, double h, StepPath& path) const {
     if (end.gap < 0) bounce_until_rest(*hit, t, h, {first.s, sample, end}, path);
   }
 
-  bool inside = touches > 0;
-  for (int round = 0; round < kRounds && inside; ++round) {
-    inside = false;
-    for (Collider* const collider : on_) {
-      const SurfaceSample end = collider->query(t + h, path.sticking ? path.held : path.at(1));
-      if (!(end.gap < 0)) continue;
-      path.over_constrained = end.gap < -1e3 * slack(path.at(1));
-      path.shift(-end.gap * end.normal);
-      path.resting = inside = true;
-    }
-  }
-  path.over_constrained = path.over_constrained && inside;
+  if (touches > 0) push_end_out(t + h, path);
   path.touched = path.touched || path.resting;
 }
 
@@ -465,7 +481,7 @@ bool Contacts::push_out(double t, Vec3& x) const {
     }
     if (deepest == 0) return true;
   }
-  return deepest >= -1e3 * slack(x);
+  return deepest >= -1e3 * slack(x) || push_between(t, x);
 }
 
 Vec3 Contacts::constrain_velocity(double t, const Vec3& x, Vec3 v, ContactWork& work) const {
@@ -491,6 +507,7 @@ Vec3 Contacts::constrain_velocity(double t, const Vec3& x, Vec3 v, ContactWork& 
       work.lost += change.dot(sample.velocity - 0.5 * (before + v));
     }
   }
+  if (inward) lead_between(t, x, slack(x), v, work);
   return v;
 }
 

@@ -75,6 +75,9 @@ class Contacts {
   static double slack(const Vec3& x);
   // Moves a position out of all colliders; false if it is over-constrained.
   bool push_out(double t, Vec3& x) const;
+  // The nearest velocity that leads into none of the surfaces within `reach` of x, for where that
+  // of one after the other does not get there; false if there is none.
+  bool lead_between(double t, const Vec3& x, double reach, Vec3& v, ContactWork& work) const;
 
   // The same for particle i: writes its position (m) and velocity (m/s) at the end of the step, and
   // adds to the work sums; `hold_too`: then constrain_velocity(). False if it touched nothing.
@@ -93,6 +96,8 @@ class Contacts {
                const ParticleView& initial, int count);
 
   void project(double t, double h, StepPath& path) const;
+  void push_end_out(double t, StepPath& path) const;
+  bool push_between(double t, Vec3& x) const;  // out of all surfaces at once, or nowhere
 
   struct Entry {
     std::unique_ptr<Collider> collider;

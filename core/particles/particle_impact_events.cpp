@@ -10,6 +10,7 @@
 namespace sim {
 namespace {
 
+constexpr double kDeep = 1e-6;     // m in units of the place: a penetration that is no error
 constexpr double kMostPush = 1e6;  // m/s^2, of a surface on a particle whose bounces are faint
 
 // The power of a contact force per mass, W/kg: `push` in m/s^2, `carrier` the velocity of the
@@ -78,6 +79,7 @@ void ParticleImpactEvents::find_held(const double* x) {
     const int i = held.particle;
     const RestingContactForce now = look_at(held, view, free_of(i));
     held.surplus = now.surplus;
+    held.squeeze = now.squeeze;
     held.slip = now.slip;
     held.sticks = now.sticks;
     if (now.surplus <= kForceTolerance * now.acceleration.norm()) return true;
@@ -143,6 +145,8 @@ double ParticleImpactEvents::first(double t, double h, const double* x, const do
       if (gap < -kPenetrationTolerance * position_scale(path.at(1)) ||
           gap > kGapTolerance * position_scale(path.at(1)))
         earliest.may_be(s);
+      // A path that sinks in from its start on has no touch within it.
+      if (s <= kMinFraction && gap < -kDeep * position_scale(path.at(1))) earliest.may_be(0.5);
     }
   });
   if (held_.empty() || !in_forces_) return earliest.s;
@@ -152,6 +156,8 @@ double ParticleImpactEvents::first(double t, double h, const double* x, const do
     const int i = held.particle;
     earliest.may_be(edge_of(held, h, before, after));
     const RestingContactForce now = look_at(held, after, free_of(i));
+    const double squeeze = std::max(held.squeeze, now.squeeze);
+    if (0.5 * h * h * squeeze > kDeep * position_scale(after.position(i))) earliest.may_be(0.5);
     if (now.surplus < -1e-3 * held.surplus)
       earliest.may_be(held.surplus / (held.surplus - now.surplus));
     const double slip = held.slip.norm(), turned = now.slip.dot(held.slip);
@@ -264,6 +270,9 @@ bool ParticleImpactEvents::bounce(double t, double* x) {
       }
       again = again && contacts.all().size() > 1;
     }
+    if (again &&
+        !contacts.lead_between(t, place, kGapTolerance * position_scale(place), velocity, work))
+      contacts.work_sums().refuse(i);
     if (!hit && place == before) continue;
     put_vector(q, i, place);
     put_vector(v, i, velocity);

@@ -24,7 +24,10 @@ RestingContactForce resting_contact(std::span<const HeldSurface> surfaces, doubl
     bound.planes[bound.count++] = {normal, -curving};
     pressed.surplus = std::max(pressed.surplus, -curving - normal.dot(free));
   }
-  pressed.acceleration = bound.nearest(free);
+  const NearestPoint nearest =
+      nearest_point(bound.planes, bound.count, (1u << bound.count) - 1, free);
+  pressed.acceleration = nearest.point;
+  pressed.squeeze = nearest.miss;
   pressed.push = pressed.acceleration - free;
   if (bound.count == 0) return pressed;
 

@@ -15,6 +15,7 @@ struct RestingContactForce {
   Vec3 slip{0, 0, 0};          // m/s, along the first of them
   bool sticks = false;         // friction holds it, and ends a slip that is left
   double surplus = 0;          // m/s^2, by which the free one presses most; < 0: it leads off all
+  double squeeze = 0;          // m/s^2, by which surfaces approach each other faster than it can
 };
 
 // A particle at x with the velocity v and the free acceleration `free`: normal forces are >= 0 and

@@ -6,15 +6,6 @@
 namespace sim {
 namespace {
 
-// The projection of v onto the intersection of up to three half-spaces: v + sum of sizes_k normal_k
-// over the active planes, with all sizes >= 0 and all other inequalities satisfied. Active sets are
-// tried from the smallest on.
-struct Nearest {
-  Vec3 point;
-  unsigned active = 0;
-  double sizes[VelocityInequality::kMost] = {};
-};
-
 // Finds the sizes for which the planes of the subset are met exactly; false if their normals are
 // dependent.
 bool meet(const HalfSpace* planes, const int* members, int count, const Vec3& v, double* sizes) {
@@ -46,10 +37,12 @@ double slack_of(const HalfSpace& plane, const Vec3& v) {
   return 1e-13 * (std::fabs(plane.least) + v.norm());
 }
 
-Nearest nearest_of(const HalfSpace* planes, int count, unsigned considered, const Vec3& v) {
+}  // namespace
+
+// Active sets are tried from the smallest on.
+NearestPoint nearest_point(const HalfSpace* planes, int count, unsigned considered, const Vec3& v) {
   static constexpr unsigned kSubsets[] = {0, 1, 2, 4, 3, 5, 6, 7};  // by their size
-  Nearest best{.point = v};
-  double least_miss = HUGE_VAL;
+  NearestPoint best{.point = v, .miss = HUGE_VAL};
   for (const unsigned subset : kSubsets) {
     if ((subset & considered) != subset || subset >> count) continue;
     int members[3] = {}, size = 0;
@@ -57,7 +50,7 @@ Nearest nearest_of(const HalfSpace* planes, int count, unsigned considered, cons
       if (subset >> k & 1) members[size++] = k;
     double sizes[3] = {};
     if (!meet(planes, members, size, v, sizes)) continue;
-    Nearest trial{.point = v, .active = subset};
+    NearestPoint trial{.point = v, .active = subset};
     bool pulls = false;
     for (int i = 0; i < size; ++i) {
       pulls = pulls || sizes[i] < 0;
@@ -65,25 +58,20 @@ Nearest nearest_of(const HalfSpace* planes, int count, unsigned considered, cons
       trial.point += sizes[i] * planes[members[i]].normal;
     }
     if (pulls) continue;
-    double miss = 0;
+    double& miss = trial.miss;
     for (int k = 0; k < count; ++k)
       if ((considered >> k & 1) && !(subset >> k & 1))
         miss = std::fmax(miss, planes[k].least - planes[k].normal.dot(trial.point));
-    if (miss < least_miss) {
-      best = trial;
-      least_miss = miss;
-    }
+    if (miss < best.miss) best = trial;
     if (miss <= 1e-15 * (std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]))) break;
   }
   return best;
 }
 
-}  // namespace
-
 Vec3 VelocityInequality::nearest(const Vec3& v) {
   at = 0;
   if (sticking) return held;
-  const Vec3 point = nearest_of(planes, count, (1u << count) - 1, v).point;
+  const Vec3 point = nearest_point(planes, count, (1u << count) - 1, v).point;
   for (int k = 0; k < count; ++k) {
     if (planes[k].normal.dot(point) - planes[k].least <= slack_of(planes[k], point)) at |= 1u << k;
   }
@@ -103,7 +91,7 @@ Vec3 VelocityInequality::projected_gradient(const Vec3& gradient, const Vec3& v)
   // -left is the feasible direction nearest to -gradient.
   HalfSpace directions[kMost];
   for (int k = 0; k < count; ++k) directions[k] = {planes[k].normal, 0};
-  const Nearest found = nearest_of(directions, count, at, -all);
+  const NearestPoint found = nearest_point(directions, count, at, -all);
   active = found.active;
   offset = Vec3::Zero();
   push = all + found.point;

@@ -12,6 +12,17 @@ struct HalfSpace {
   double least = 0;      // normal.v >= least, m/s
 };
 
+// The point nearest to another one in up to three half-spaces: that one + sum of sizes_k normal_k
+// over the active planes, with all sizes >= 0.
+struct NearestPoint {
+  Vec3 point{0, 0, 0};
+  unsigned active = 0;  // a bit a plane
+  double sizes[3] = {};
+  double miss = 0;  // of the worst plane; more than rounding: the half-spaces have no common point
+};
+// considered: a bit for each plane that counts.
+NearestPoint nearest_point(const HalfSpace* planes, int count, unsigned considered, const Vec3& v);
+
 // Friction on a surface with the normal n and the velocity u, linearised at the slip w: mu |push|
 // (v - u) / |v - u| to first order, a constant along w and a drag across it; or, without a
 // direction, a drag alone (Kacanov's iteration), which cannot reverse a slip.

@@ -139,6 +139,39 @@ TEST_CASE("in a corner of several colliders a particle ends outside of all") {
   }
 }
 
+// By turns, the particle comes up by a few parts in a thousand of its depth.
+TEST_CASE("in a narrow wedge a particle ends outside of both surfaces, at rest") {
+  for (const double half : {0.1, 0.02, 0.001}) {
+    const double c = std::cos(half), s = std::sin(half);
+    const sim::Contacts contacts = contacts_of(Floor({c, s, 0}), Floor({-c, s, 0}));
+    sim::StepPath path = straight({0, 1, 0}, {0.001 * s, -2, 0});
+    contacts.resolve(0, 1, path);
+    CHECK_FALSE(path.over_constrained);
+    const sim::Vec3 end = sim::Vec3(0.001 * s, -1, 0) + path.moved;
+    CHECK(end.norm() < 1e-8);
+    sim::Vec3 place(0.001 * s, -0.1, 0);
+    CHECK(contacts.push_out(0, place));
+    CHECK(s * place.y() > c * std::abs(place.x()) - 1e-9);
+    sim::ContactWork work;
+    const sim::Vec3 v(0.3, -2, 1);
+    const sim::Vec3 held = contacts.constrain_velocity(0, {0, 0, 0}, v, work);
+    CHECK((held - sim::Vec3(0, 0, 1)).norm() < 1e-8);
+    CHECK(work.lost == Approx(0.5 * (v.squaredNorm() - held.squaredNorm())));
+  }
+}
+
+// A ball and a floor squeeze the particle by 0.1 m; two walls, which lean towards each other by
+// less than rounding shows, come after them.
+TEST_CASE("the worst of several colliders decides whether a particle is squeezed") {
+  const sim::Contacts contacts = contacts_of(Floor({0, 1, 0}), Ball({0, 0.9, 0}, 1, 0),
+                                             Floor({1, 5e-11, 0}), Floor({-1, 5e-11, 0}));
+  sim::StepPath path = straight({0, 0, 0}, {0, 0, 0});
+  contacts.resolve(0, 1, path);
+  CHECK(path.over_constrained);
+  sim::Vec3 place(0, 0, 0);
+  CHECK_FALSE(contacts.push_out(0, place));
+}
+
 TEST_CASE("a particle that was put inside comes out without gaining velocity") {
   const sim::Contacts contacts = contacts_of(Floor({0, 1, 0}, 0.9));
   sim::StepPath path = straight({0, -0.5, 0}, {0, 0, 0});
