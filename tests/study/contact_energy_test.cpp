@@ -56,3 +56,33 @@ TEST_CASE("contact that gives more than a thousandth of the energy in play is no
   CHECK(given.trust == Trust::kSuspect);
   CHECK(given.reason.find(gave + "0.0108 J, 0.11 % of the energy in play") != std::string::npos);
 }
+
+// A particle is put inside by hand before a look, as no contact that works leaves one.
+TEST_CASE("a particle inside a collider is in the verdict, also if it is outside at the end") {
+  const sim::SystemSpec spec =
+      sim::test::load_text(
+          "local p = sim.particles { mass = 1 }\n"
+          "p:add {0, 0, 0}\n"
+          "return sim.scene { particles = p, forces = { sim.force.gravity {} },\n"
+          "  colliders = { sim.collider.plane { normal = {0, 1, 0} } },\n"
+          "  integrator = 'verlet', dt = 0.01, duration = 0.5 }")
+          .systems[0];
+  sim::Registry registry({SIM_PLUGIN_DIR});
+  for (const double depth : {0.0, 1e-7, 1e-3}) {
+    sim::Simulation system(spec, registry, {.integrator = "verlet", .dt = 0.01});
+    sim::study::Monitor monitor(spec, system, 50, &registry);
+    for (int i = 0; i < 50; ++i) {
+      REQUIRE(system.step());
+      monitor.advance();
+      const sim::Vec3 before = system.position(0);
+      if (i == 20) system.set_position(0, {0, -depth, 0});
+      const sim::Energy energy = system.energy();
+      monitor.look(&energy);
+      system.set_position(0, before);
+    }
+    const std::string reason = monitor.verdict().reason;
+    INFO(reason);
+    CHECK((reason.find("particle 0 was 0.001 m inside a collider") != std::string::npos) ==
+          (depth > 1e-5));
+  }
+}

@@ -5,6 +5,7 @@
 #include "core/base/text.h"
 #include "core/particles/particle_system.h"
 #include "core/particles/step_correction.h"
+#include "core/particles/step_path.h"
 #include "core/study/energy_balance.h"
 #include "core/study/verdict/criterion.h"
 
@@ -22,7 +23,9 @@ class ContactCriterion final : public Criterion {
                                             body.surface.friction == 0 && !body.surface.law);
                  })) {}
 
-  void look(const Energy* /*energy*/) override {}
+  void look(const Energy* /*energy*/) override {
+    if (!particles_of(*system_)->contacts().sampled()) measure();
+  }
 
   // Their dissipation is one figure, which the last of those that acted reports.
   void conclude(Figures& /*figures*/, std::vector<Finding>& findings) override {
@@ -39,6 +42,9 @@ class ContactCriterion final : public Criterion {
     } else if (system_->corrections().empty()) {
       findings.push_back({Trust::kTrusted, "contact: none"});
     }
+    if (excess_ > 1)
+      findings.push_back({Trust::kSuspect, "particle " + std::to_string(sunk_) + " was " +
+                                               brief(sunk_by_, 2) + " m inside a collider"});
     if (acted.empty()) return;
     const ContactWork work = balance_.contact();
     std::string& words = findings[acted.back()].words;
@@ -54,25 +60,43 @@ class ContactCriterion final : public Criterion {
                                                " of the energy in play"});
     // Without friction, with a restitution of 1, contact of bodies takes no energy.
     if (elastic_ && work.lost > share)
-      findings.push_back({Trust::kSuspect, "elastic contact without friction took " +
-                                               brief(work.lost, 3) + " J, " +
-                                               percent(work.lost, balance_.in_play()) +
-                                               " of the energy in play"});
+      findings.push_back({Trust::kSuspect,
+                          "elastic contact without friction took " + brief(work.lost, 3) + " J, " +
+                              percent(work.lost, balance_.in_play()) + " of the energy in play"});
   }
 
  private:
-  std::string colliders() const {
+  struct Touches {
+    int particles = 0;
+    double deepest = 0;  // m
+  };
+  // Those of the present state, and the worst of all so far.
+  Touches measure() {
+    constexpr double kDeep = 1e-5;  // in units of the place: a penetration that is no rounding
     const ParticleSystem& particles = *particles_of(*system_);
     const Contacts& contacts = particles.contacts();
     const ParticleView view = particles.view(system_->t(), system_->state().data());
-    int touched = 0;
-    double deepest = 0;
+    Touches now;
     for (int i = 0; !contacts.empty() && i < view.n; ++i) {
       if (!contacts.work_sums().touched(i)) continue;
-      ++touched;
+      ++now.particles;
+      const Vec3 place = view.position(i);
+      double depth = 0;
       for (const auto& collider : contacts.all())
-        deepest = std::max(deepest, -collider->query(view.t, view.position(i)).gap);
+        depth = std::max(depth, -collider->query(view.t, place).gap);
+      now.deepest = std::max(now.deepest, depth);
+      const double excess = depth / (kDeep * position_scale(place));
+      if (!(excess > excess_) || !view.free(i)) continue;
+      excess_ = excess;
+      sunk_ = i;
+      sunk_by_ = depth;
     }
+    return now;
+  }
+
+  std::string colliders() {
+    const Contacts& contacts = particles_of(*system_)->contacts();
+    const auto [touched, deepest] = measure();
     if (touched == 0) return {};
     std::string words = "contact: " + std::to_string(touched) +
                         (touched == 1 ? " particle" : " particles") + ", deepest " +
@@ -84,7 +108,9 @@ class ContactCriterion final : public Criterion {
 
   Simulation* system_;
   EnergyBalance& balance_;
-  bool elastic_;  // all bodies that touch something
+  double excess_ = 0, sunk_by_ = 0;  // of the worst penetration; m
+  int sunk_ = -1;                    // that particle
+  bool elastic_;                     // all bodies that touch something
 };
 
 }  // namespace
