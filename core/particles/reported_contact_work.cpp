@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/ode/events.h"
+#include "core/ode/ode_system.h"
 
 namespace sim {
 

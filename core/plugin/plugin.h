@@ -14,7 +14,7 @@
 namespace sim {
 
 inline constexpr std::uint64_t kPluginMagic = 0x31676c50'6d6953;  // "SimPlg1"
-inline constexpr std::uint32_t kPluginAbi = 39;
+inline constexpr std::uint32_t kPluginAbi = 40;
 
 // Plain data in the section .sim_plugin of the library; no pointers, so that it can be read from
 // the file. `names` holds "name/alias/alias name2 ...".

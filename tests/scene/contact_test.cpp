@@ -387,8 +387,7 @@ TEST_CASE("particles that are squeezed are named, and the step is not taken") {
     }
 }
 
-// The box passes the floor within one step of a method with steps of its own, or is pressed to it
-// from rest on.
+// The box passes the floor within one step of a method with steps of its own.
 TEST_CASE("a box that crushes a particle on a floor is refused when it does, not before") {
   sim::Registry registry = make_registry();
   const std::map<std::string, sim::Value> fall{{"velocity", Vec3(0, -0.5, 0)}};

@@ -223,7 +223,9 @@ struct Hinge {
       for (std::size_t axis = 0; axis < 3; ++axis)
         layout.axes(state.data())[axis][first + k] += off * way[axis] * (1 + 0.3 * k);
   }
-  void factorise(std::vector<double> at) { REQUIRE(constraints.project_positions(0, at.data(), false)); }
+  void factorise(std::vector<double> at) {
+    REQUIRE(constraints.project_positions(0, at.data(), false));
+  }
   // Returns how far particles move, and whether the constraints are obeyed then.
   std::pair<double, double> mend() {
     const std::vector<double> before = state;

@@ -51,8 +51,11 @@ class ContactCriterion final : public Criterion {
     words += (acted.size() > 1 ? ", together took " : ", took ") + brief(work.lost, 3) + " J";
     if (particles_of(*system_)->contacts().move())
       words += ", colliders did " + brief(work.given, 3) + " J";
-    constexpr double kShare = 1e-3;  // of the energy in play
-    const double share = kShare * balance_.in_play();
+    constexpr double kShare = 1e-3;      // of the energy in play
+    constexpr double kRounding = 1e-10;  // of all energy
+    const Energy now = system_->energy();
+    const double share = kShare * balance_.in_play() +
+                         kRounding * (now.kinetic + std::fabs(now.potential));
     if (-work.lost > share)
       findings.push_back({Trust::kSuspect, "contact, which can only take energy, gave " +
                                                brief(-work.lost, 3) + " J, " +
@@ -70,7 +73,7 @@ class ContactCriterion final : public Criterion {
     int particles = 0;
     double deepest = 0;  // m
   };
-  // Those of the present state, and the worst of all so far.
+  // Measures the present state, and keeps the worst of all so far.
   Touches measure() {
     constexpr double kDeep = 1e-5;  // in units of the place: a penetration that is no rounding
     const ParticleSystem& particles = *particles_of(*system_);

@@ -121,15 +121,16 @@ bool has_given_motion(Simulation& run) {
   return particles && (!particles->prescribed().empty() || particles->contacts().move());
 }
 
-// Looks at given motion at many times between the ends of steps. Where it leaps within a step, fine
-// steps show what that does to the free particles.
-void StepDoubling::look_for_leaps(Simulation& shadow, double allowed, RunDeviation& result) const {
-  constexpr double kLeast = 1e-3;  // of the size, of a leap
-  constexpr double kFar = 3;       // of the usual one
-  constexpr double kGone = 4;      // times the way since the leap
-  constexpr double kShare = 0.1;   // of the evaluations of the run
-  constexpr int kFine = 1000;      // steps between two frames
-  constexpr std::size_t kTried = 4;
+// A motion that is farthest from going straight on within a step between two frames.
+struct StepDoubling::Leap {
+  std::size_t frame;  // the first of the two
+  double at, length;  // s, m
+};
+
+// Looks at given motion at many times between the ends of steps: the farthest leap of each pair of
+// frames.
+std::vector<StepDoubling::Leap> StepDoubling::leaps_between_frames(Simulation& shadow) const {
+  constexpr double kShare = 0.1;  // of the evaluations of the run
   const ParticleSystem& particles = *particles_of(shadow);
   Paths paths(particles);
   Surfaces surfaces(particles);
@@ -138,17 +139,13 @@ void StepDoubling::look_for_leaps(Simulation& shadow, double allowed, RunDeviati
                                            kShare * static_cast<double>(evaluations_of(*run_))),
                                   1.0, kMostLooksAtMotion);
   const int probes = std::max(4, static_cast<int>(looks / static_cast<double>(frames_.size())));
-  struct Leap {
-    std::size_t frame;
-    double at, length;  // s, m
-  };
   std::vector<Leap> leaps;
-  std::vector<double> lengths;
-  Noise noise;
   std::vector<double> places;
+  Noise noise;
   for (std::size_t k = 0; k + 1 < frames_.size(); ++k) {
     const Frame &from = frames_[k], &to = frames_[k + 1];
-    Leap worst{k, from.at.t, 0};
+    leaps.push_back({k, from.at.t, 0});
+    Leap& worst = leaps.back();
     for (int i = 0; i < probes; ++i) {
       const double share = (i + noise.next() + 0.5) / probes;
       const double t = from.at.t + share * (to.at.t - from.at.t);
@@ -165,36 +162,52 @@ void StepDoubling::look_for_leaps(Simulation& shadow, double allowed, RunDeviati
       }
       if (length > worst.length) worst = {k, t, length};
     }
-    leaps.push_back(worst);
-    lengths.push_back(worst.length);
   }
+  return leaps;
+}
+
+// How far the leap moves free particles until the end, m, by what fine steps to the next frame
+// change. An impact that comes a moment sooner or later changes velocities at once, but hardly
+// places.
+double StepDoubling::moved_by(const Leap& leap, std::span<const double> masses) const {
+  constexpr double kGone = 4;  // times the way since the leap
+  constexpr int kFine = 1000;  // steps between two frames
+  const Frame& to = frames_[leap.frame + 1];
+  const std::optional<std::vector<double>> fine = resolved(leap.frame, kFine);
+  if (!fine) return 0;
+  const auto lacking = [&](const StatePart& part, std::size_t i) {
+    Vec3 off;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t at = part.at(i, static_cast<std::size_t>(axis));
+      off[axis] = (*fine)[at] - to.seen.state[at];
+    }
+    return off.norm();
+  };
+  const StatePart &place = run_->shape().first(), &velocity = *run_->shape().find("velocity");
+  double most = 0;
+  for (std::size_t i = 0; i < velocity.count; ++i)
+    if (std::isfinite(masses[i]))
+      most = std::max(
+          most, std::min(lacking(velocity, i), kGone * lacking(place, i) / (to.at.t - leap.at)));
+  return most * (frames_.back().at.t - frames_[leap.frame].at.t);
+}
+
+// Leaps that are farther than usual are followed, a few of them.
+void StepDoubling::look_for_leaps(Simulation& shadow, double allowed, RunDeviation& result) const {
+  constexpr double kLeast = 1e-3;  // of the size, of a leap
+  constexpr double kFar = 3;       // of the usual one
+  constexpr std::size_t kTried = 4;
+  std::vector<Leap> leaps = leaps_between_frames(shadow);
+  std::vector<double> lengths;
+  for (const Leap& leap : leaps) lengths.push_back(leap.length);
   const double usual = median(lengths);
   std::ranges::stable_sort(leaps, std::greater(), &Leap::length);
   leaps.resize(std::min(leaps.size(), kTried));
-  const std::span<const double> masses = particles.masses();
-  const StatePart &place = run_->shape().first(), &velocity = *run_->shape().find("velocity");
   for (const Leap& leap : leaps) {
-    const Frame& to = frames_[leap.frame + 1];
-    if (!(leap.length > std::max(kLeast * size_at(to), kFar * usual))) return;
-    const std::optional<std::vector<double>> fine = resolved(leap.frame, kFine);
-    if (!fine) continue;
-    const auto lacking = [&](const StatePart& part, std::size_t i) {
-      Vec3 off;
-      for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t at = part.at(i, static_cast<std::size_t>(axis));
-        off[axis] = (*fine)[at] - to.seen.state[at];
-      }
-      return off.norm();
-    };
-    // An impact that comes a moment sooner or later changes velocities at once, but hardly places.
-    double most = 0;
-    for (std::size_t i = 0; i < velocity.count; ++i)
-      if (std::isfinite(masses[i]))
-        most = std::max(
-            most, std::min(lacking(velocity, i), kGone * lacking(place, i) / (to.at.t - leap.at)));
-    const double moved = most * (frames_.back().at.t - frames_[leap.frame].at.t);
-    const double wrong = std::min(allowed, RunDeviation::kWrong * size_at(to));
-    if (!(moved > std::max(wrong, result.error))) continue;
+    const double size = size_at(frames_[leap.frame + 1]);
+    if (!(leap.length > std::max(kLeast * size, kFar * usual))) return;
+    const double wrong = std::min(allowed, RunDeviation::kWrong * size);
+    if (!(moved_by(leap, particles_of(shadow)->masses()) > std::max(wrong, result.error))) continue;
     result.missed_at = leap.at;
     result.missed_motion = true;
     return;

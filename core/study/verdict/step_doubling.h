@@ -96,6 +96,9 @@ class StepDoubling {
   double affordable() const;
   std::vector<Pulse> find_pulses(OdeSystem& system) const;
   void look_for_pulses(Simulation& shadow, double allowed, RunDeviation& result) const;
+  struct Leap;
+  std::vector<Leap> leaps_between_frames(Simulation& shadow) const;
+  double moved_by(const Leap& leap, std::span<const double> masses) const;  // m
   void look_for_leaps(Simulation& shadow, double allowed, RunDeviation& result) const;
   // Records an error at that frame; returns the size of the scene there.
   double take_error(double error, const Frame& frame, RunDeviation& result) const;

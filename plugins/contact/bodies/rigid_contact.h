@@ -32,10 +32,9 @@ class RigidContact {
   // tolerance: of the residual, relative to the largest velocity, and of the overlap of bodies,
   // relative to a radius. constraint_system: null: none, and single particles are resolved here.
   RigidContact(BodyCollision body_collision, Particles& particles,
-               ConstraintSystem* constraint_system = nullptr, double tolerance = kToRounding);
+               ConstraintSystem* constraint_system, double tolerance);
 
   using Step = StepCorrection::Step;
-  // Without constraints it resolves single particles with colliders too.
   StepCorrection::Outcome resolve(const Step& step);
   // The reason why the last step has no solution; empty if it has one.
   const std::string& refusal() const { return refusal_; }
