@@ -257,7 +257,7 @@ void Hold::come_to_rest() {
 
   const Vec3 press = 2 / (rest_ * rest_) * (place - way_.at(1));
   way_.press(s_, press);
-  if (goes_on) {  // without the friction that hold() will apply
+  if (goes_on) {  // without the friction that constrain_velocity() will apply
     const Vec3 now = way_.rate(1) - 0.5 * rest_ * press - h_ * end.velocity;
     way_.velocity_change += slip + against - tangential(now, end.normal);
     return;
@@ -326,7 +326,7 @@ void StepPath::press(double s, const Vec3& acceleration) {
   c[1] -= s * acceleration;
   c[2] += 0.5 * acceleration;
   moved += 0.5 * rest * rest * acceleration;
-  velocity_change += 0.5 * rest * acceleration;  // the other half by hold()
+  velocity_change += 0.5 * rest * acceleration;  // the other half by constrain_velocity()
   sticking = false;
 }
 

@@ -20,7 +20,7 @@ enum class Accuracy { kSettle, kProject, kEvent };
 // the particle's own path, and restitution and friction act there. A particle that would still
 // penetrate at the end is a resting contact from there on: a multiplier acts along the normal and
 // friction against the slip, for the first half of the rest of the step here, for the second at its
-// end by hold(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
+// end by constrain_velocity(). Moreau (1988); Kaufman & Pai (2012), SIAM J. Sci. Comput. 34(6).
 class Contacts {
  public:
   // Throws Error{kScene} with the first of the free particles [0, count) that penetrates at the

@@ -97,7 +97,7 @@ bool lacks_program(const std::string& command) {
   };
   return ((has(".mp4") || has(".webm")) && !in_path("ffmpeg")) ||
          (has("--engine lammps") && !in_path("lmp")) || (has("--ranks") && !in_path("mpirun")) ||
-         (has("--engine petsc") && absent("PETSc")) || (has(".h5") && absent("HDF5")) ||
+         (has("--engine petsc") && absent("petsc")) || (has(".h5") && absent("HDF5")) ||
          (has("sim view") && absent("page"));
 }
 
