@@ -8,7 +8,7 @@ namespace sim {
 namespace {
 
 // The half-spaces of the surfaces that one particle touches.
-struct Touched {
+struct ContactPlanes {
   static constexpr int kMost = 8;
 
   int count = 0;
@@ -29,25 +29,26 @@ struct Touched {
 };
 
 // A point in all half-spaces, and the velocities of the surfaces that push to it.
-struct Room {
+struct FeasiblePoint {
   NearestPoint nearest;
   Vec3 carriers[3];
   HalfSpace planes[3];
 };
 
 // The nearest point is that to three planes at most; false if none is in all up to `rounding`.
-bool find_room(const Touched& touched, const Vec3& v, double rounding, Room& room) {
+bool find_feasible(const ContactPlanes& touched, const Vec3& v, double rounding,
+                   FeasiblePoint& found) {
   const int last = std::max(0, touched.count - 3);
   for (int i = 0; i <= last; ++i)
     for (int j = i + 1; j <= std::max(i + 1, touched.count - 2); ++j)
       for (int k = j + 1; k <= std::max(j + 1, touched.count - 1); ++k) {
         const int members[] = {i, j, k}, size = std::min(3, touched.count);
         for (int n = 0; n < size; ++n) {
-          room.planes[n] = touched.planes[members[n]];
-          room.carriers[n] = touched.carriers[members[n]];
+          found.planes[n] = touched.planes[members[n]];
+          found.carriers[n] = touched.carriers[members[n]];
         }
-        room.nearest = nearest_point(room.planes, size, (1u << size) - 1, v);
-        if (touched.miss(room.nearest.point) <= rounding) return true;
+        found.nearest = nearest_point(found.planes, size, (1u << size) - 1, v);
+        if (touched.miss(found.nearest.point) <= rounding) return true;
       }
   return false;
 }
@@ -59,7 +60,7 @@ bool Contacts::push_between(double t, Vec3& x) const {
   const double rounding = 1e3 * slack(x);
   Vec3 place = x;
   for (int round = 0; round < kMostRounds; ++round) {
-    Touched touched;
+    ContactPlanes touched;
     for (Collider* const collider : on_) {
       const SurfaceSample sample = collider->query(t, place);
       if (sample.gap <= slack(place)) touched.add(sample, -sample.gap);
@@ -68,9 +69,9 @@ bool Contacts::push_between(double t, Vec3& x) const {
       x = place;
       return true;
     }
-    Room room;
-    if (!find_room(touched, Vec3::Zero(), rounding, room)) return false;
-    place += room.nearest.point;
+    FeasiblePoint found;
+    if (!find_feasible(touched, Vec3::Zero(), rounding, found)) return false;
+    place += found.nearest.point;
   }
   return false;
 }
@@ -78,7 +79,7 @@ bool Contacts::push_between(double t, Vec3& x) const {
 bool Contacts::lead_between(double t, const Vec3& x, double reach, Vec3& v,
                             ContactWork& work) const {
   constexpr double kRounding = 1e-9;  // of velocities
-  Touched touched;
+  ContactPlanes touched;
   double fastest = v.norm();
   for (Collider* const collider : on_) {
     const SurfaceSample sample = collider->query(t, x);
@@ -87,15 +88,15 @@ bool Contacts::lead_between(double t, const Vec3& x, double reach, Vec3& v,
     fastest = std::max(fastest, sample.velocity.norm());
   }
   if (touched.miss(v) <= kRounding * fastest) return true;
-  Room room;
-  if (!find_room(touched, v, kRounding * fastest, room)) return false;
-  const Vec3 change = room.nearest.point - v;
+  FeasiblePoint found;
+  if (!find_feasible(touched, v, kRounding * fastest, found)) return false;
+  const Vec3 change = found.nearest.point - v;
   double given = 0;
   for (int k = 0; k < std::min(3, touched.count); ++k)
-    given += room.nearest.sizes[k] * room.planes[k].normal.dot(room.carriers[k]);
+    given += found.nearest.sizes[k] * found.planes[k].normal.dot(found.carriers[k]);
   work.given += given;
   work.lost += given - change.dot(v + 0.5 * change);
-  v = room.nearest.point;
+  v = found.nearest.point;
   return true;
 }
 

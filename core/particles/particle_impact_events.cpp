@@ -109,7 +109,7 @@ double ParticleImpactEvents::edge_of(const Held& held, double h, const ParticleV
   const StepPath path = StepPath::between(h, before.position(i), before.velocity(i),
                                           after.position(i), after.velocity(i));
   double edge = 1;
-  for (const HeldSurface& surface : held.all())
+  for (const SupportSurface& surface : held.all())
     edge = std::min(edge, edge_on(*surface.collider, h, path, h * free_of(i).norm()));
   return edge;
 }
@@ -131,13 +131,13 @@ void ParticleImpactEvents::for_near(double t, double h, const double* x, const d
 double ParticleImpactEvents::first(double t, double h, const double* x, const double* x_next) {
   Earliest earliest;
   for_near(t, h, x, x_next, [&](int i, const StepPath& path) {
-    std::span<const HeldSurface> rests_on;
+    std::span<const SupportSurface> rests_on;
     if (is_held_[static_cast<std::size_t>(i)]) {
       if (!in_forces_) return;  // press() will act
       rests_on = std::ranges::lower_bound(held_, i, {}, &Held::particle)->all();
     }
     for (Collider* const collider : particles_->contacts().all()) {
-      if (std::ranges::count(rests_on, collider, &HeldSurface::collider) > 0) continue;
+      if (std::ranges::count(rests_on, collider, &SupportSurface::collider) > 0) continue;
       const double s = Contacts::first_touch(*collider, t, h, path);
       if (s > 1) continue;
       // A path that ends on the surface needs no shorter step.
@@ -191,9 +191,7 @@ void ParticleImpactEvents::put_back(double t, double h, const double* x, double*
     const double mass = particles_->masses()[static_cast<std::size_t>(i)];
     Vec3 place = vector_at(q, i), velocity = vector_at(v, i);
     if (edge_of(held, h, before, after) < 1) {  // it lies behind
-      ContactWork work;
-      add(work, held.power, h);
-      particles_->contacts().work_sums().enter(i, mass, work);
+      particles_->contacts().work_sums().enter(i, mass * h, held.power);
       reported_work_.steady(held.power, mass * h);
       continue;
     }
@@ -203,7 +201,7 @@ void ParticleImpactEvents::put_back(double t, double h, const double* x, double*
     const ContactWork work{.lost = 0.5 * h * (held.power.lost + end.lost),
                            .given = 0.5 * h * (held.power.given + end.given)};
     if (now.surplus > 0)
-      for (const HeldSurface& surface : held.all()) {
+      for (const SupportSurface& surface : held.all()) {
         const SurfaceSample sample = surface.query(t + h, place);
         place -= sample.gap * sample.normal;
         velocity -= (velocity - sample.velocity).dot(sample.normal) * sample.normal;

@@ -34,14 +34,16 @@ class ParticleImpactEvents final : public ImpactEvents {
  private:
   struct Held {
     int particle = 0, count = 0;
-    HeldSurface surface[3] = {};
+    SupportSurface surface[3] = {};
     double leaving = 0;      // m/s, the largest normal velocity away from one of them
     double surplus = 0;      // m/s^2, at the start
     double squeeze = 0;      // m/s^2, at the start
     Vec3 slip{0, 0, 0};      // m/s, at the start
     bool sticks = false;     // from the start on, so that its slip is rounding
     ContactWork power = {};  // W/kg, at the start
-    std::span<const HeldSurface> all() const { return {surface, static_cast<std::size_t>(count)}; }
+    std::span<const SupportSurface> all() const {
+      return {surface, static_cast<std::size_t>(count)};
+    }
   };
 
   void find_held(const double* x);

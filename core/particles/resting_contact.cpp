@@ -8,12 +8,12 @@
 
 namespace sim {
 
-RestingContactForce resting_contact(std::span<const HeldSurface> surfaces, double t, double d,
+RestingContactForce resting_contact(std::span<const SupportSurface> surfaces, double t, double d,
                                     const Vec3& x, const Vec3& v, const Vec3& free) {
   // gap'' = n.a + (n.(v - u))' along the straight path, from a difference quotient of three values.
   VelocityInequality bound;
   RestingContactForce pressed{.surplus = -HUGE_VAL};
-  for (const HeldSurface& held : surfaces) {
+  for (const SupportSurface& held : surfaces) {
     if (bound.count == VelocityInequality::kMost) break;
     const auto rate = [&](double after) {
       const SurfaceSample sample = held.query(t + after, x + after * v);

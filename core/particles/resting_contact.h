@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "core/particles/held_surface.h"
+#include "core/particles/support_surface.h"
 
 namespace sim {
 
@@ -21,7 +21,7 @@ struct RestingContactForce {
 // A particle at x with the velocity v and the free acceleration `free`: normal forces are >= 0 and
 // keep it out of all surfaces, gap'' >= 0; the friction of the first acts against the slip, or
 // sticks. Derivatives of normals are differences over the time d, which may be negative.
-RestingContactForce resting_contact(std::span<const HeldSurface> surfaces, double t, double d,
+RestingContactForce resting_contact(std::span<const SupportSurface> surfaces, double t, double d,
                                     const Vec3& x, const Vec3& v, const Vec3& free);
 
 }  // namespace sim

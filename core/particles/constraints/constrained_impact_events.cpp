@@ -229,9 +229,7 @@ void ConstrainedImpactEvents::leave_edges(const UnilateralRattle::Substep& subst
     const RestingContact& each = resting_[k];
     if (edge_of(each, substep.r, before, after) < 1) {
       reported_work_.steady(each.power, substep.r);
-      ContactWork work;
-      add(work, each.power, substep.r);
-      particles_->contacts().work_sums().enter(each.particle, 1, work);
+      particles_->contacts().work_sums().enter(each.particle, substep.r, each.power);
       continue;
     }
     resting_[kept] = each;

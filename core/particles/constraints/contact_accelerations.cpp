@@ -28,7 +28,7 @@ auto rate_of(const F& f, double d) {
 ContactForce push_of(const RestingContact& resting, const ParticleView& now, double d,
                      double largest) {
   const int i = resting.particle;
-  const HeldSurface& surface = resting.surface;
+  const SupportSurface& surface = resting.surface;
   const Vec3 x = now.position(i), v = now.velocity(i);
   const SurfaceSample sample = surface.query(now.t, x);
   ContactForce contact;

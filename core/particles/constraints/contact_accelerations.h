@@ -6,7 +6,7 @@
 
 #include "core/base/array.h"
 #include "core/particles/constraints/active_set_contact_solver.h"
-#include "core/particles/held_surface.h"
+#include "core/particles/support_surface.h"
 #include "core/particles/particles.h"
 
 namespace sim {
@@ -14,7 +14,7 @@ namespace sim {
 // A resting contact of a particle on a surface.
 struct RestingContact {
   int particle = 0;
-  HeldSurface surface;
+  SupportSurface surface;
   bool slides = false;     // kinetic friction against its slip; otherwise static
   Vec3 slip{0, 0, 0};      // m/s, along the surface
   double surplus = 0;      // m/s^2, by which it is pressed on; < 0: it separates

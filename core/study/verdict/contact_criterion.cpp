@@ -69,17 +69,17 @@ class ContactCriterion final : public Criterion {
   }
 
  private:
-  struct Touches {
+  struct Penetration {
     int particles = 0;
     double deepest = 0;  // m
   };
   // Measures the present state, and keeps the worst of all so far.
-  Touches measure() {
+  Penetration measure() {
     constexpr double kDeep = 1e-5;  // in units of the place: a penetration that is no rounding
     const ParticleSystem& particles = *particles_of(*system_);
     const Contacts& contacts = particles.contacts();
     const ParticleView view = particles.view(system_->t(), system_->state().data());
-    Touches now;
+    Penetration now;
     for (int i = 0; !contacts.empty() && i < view.n; ++i) {
       if (!contacts.work_sums().touched(i)) continue;
       ++now.particles;

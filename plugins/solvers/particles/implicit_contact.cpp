@@ -391,7 +391,7 @@ void ImplicitContact::accelerate(const ParticleView& view, double* const a[3]) c
   if (!begun_ || view.t != t_) return;
   for (const Held& held : held_) {
     const int i = held.particle;
-    HeldSurface on[VelocityInequality::kMost];
+    SupportSurface on[VelocityInequality::kMost];
     std::size_t count = 0;
     const Vec3 velocity = view.velocity(i);
     for (int k = 0; k < held.count; ++k) {

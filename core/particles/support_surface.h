@@ -5,7 +5,7 @@
 
 namespace sim {
 
-struct HeldSurface {
+struct SupportSurface {
   Collider* collider = nullptr;
   Vec3 normal{0, 1, 0};  // below the particle, at the start of the step
 
